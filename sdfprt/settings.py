@@ -1,0 +1,60 @@
+"""Every default of sdfprt, once: function signatures and the command line point here.
+
+Lengths that say "of the scene" are fractions of the diagonal of its bounds.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Surface:
+    resolution: int = 256  # marching-cubes cells along the longest side of the bounds
+    tolerance: float = 1e-4  # |distance| of a sample after projection, of the scene
+    points: int = 220_000  # samples a bake draws
+
+
+@dataclass(frozen=True)
+class Trace:
+    epsilon: float = 1e-4  # distance that counts as a hit, of the scene
+    steps: int = 256  # at most, a ray
+    relaxation: float = 1.3  # over-relaxed step; falls back to the safe one
+
+
+@dataclass(frozen=True)
+class Transfer:
+    bands: int = 4  # n*n coefficients
+    rays: int = 256  # a point
+
+
+@dataclass(frozen=True)
+class Network:
+    width: int = 64  # neurons a layer
+    layers: int = 4  # linear layers
+    position_frequencies: int = 6  # octaves of the positional encoding of p
+    normal_frequencies: int = 6  # the same for n
+
+
+@dataclass(frozen=True)
+class Render:
+    width: int = 512
+    height: int = 512
+    samples: int = 1  # n x n in each pixel
+    exposure: float = 1.0  # PNG only, multiplies radiance before the tone curve
+
+
+@dataclass(frozen=True)
+class Reference:
+    spp: int = 256  # samples a pixel
+    bounces: int = 0  # interreflections; 0 is direct light, what PRT models
+
+
+@dataclass(frozen=True)
+class Material:
+    albedo: tuple[float, float, float] = (0.5, 0.5, 0.5)
+    specular: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    exponent: float = 32.0
+
+
+@dataclass(frozen=True)
+class Camera:
+    fov: float = 40.0  # vertical, degrees

@@ -1,0 +1,17 @@
+# make demo: from nothing to pictures.   make test: from nothing to green tests.   Both install what is missing.
+.PHONY: demo test lint gallery clean
+
+demo:
+	@scripts/setup.sh test,dev
+	@.venv/bin/python -m sdfprt demo -o out/demo
+
+test:
+	@scripts/setup.sh test,dev
+	@.venv/bin/python -m pytest
+
+lint:
+	@scripts/setup.sh test,dev
+	@.venv/bin/ruff check . && .venv/bin/ruff format --check . && .venv/bin/pyright
+
+clean:
+	rm -rf out .pytest_cache .ruff_cache

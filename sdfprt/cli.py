@@ -1,0 +1,345 @@
+"""The command line: one program of verbs; each verb is a function of the library, each flag a field of settings."""
+
+import json
+import sys
+import time
+from dataclasses import asdict
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from sdfprt import settings
+from sdfprt.errors import SdfprtError
+
+if TYPE_CHECKING:
+    from sdfprt.camera import Camera
+    from sdfprt.light import Light
+    from sdfprt.material import Material
+    from sdfprt.scene import Scene
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=__doc__)
+
+
+class Backend(str, Enum):
+    """Where the network is evaluated."""
+
+    glsl = "glsl"
+    torch = "torch"
+
+
+class Switch(str, Enum):
+    """auto: on for pictures (PNG), off for measurements (EXR)."""
+
+    auto = "auto"
+    on = "on"
+    off = "off"
+
+
+# Flags that several verbs share
+SceneName = Annotated[str, typer.Argument(metavar="SCENE", help="A library name, a .glsl file or a scene folder.")]
+LightName = Annotated[str, typer.Option("--light", help="A library light, or an .exr, .hdr or .png file.")]
+Yaw = Annotated[float, typer.Option("--yaw", help="Turn the light about +y, degrees.")]
+MaterialName = Annotated[
+    str | None, typer.Option("--material", help="diffuse, phong:S or diffuse+phong:S; default: the scene's own.")
+]
+Albedo = Annotated[str | None, typer.Option("--albedo", metavar="R,G,B", help="Diffuse reflectance.")]
+Specular = Annotated[str | None, typer.Option("--specular", metavar="R,G,B", help="Phong reflectance.")]
+Eye = Annotated[str | None, typer.Option("--eye", metavar="X,Y,Z", help="Camera position; default: the scene's own.")]
+Target = Annotated[str | None, typer.Option("--target", metavar="X,Y,Z", help="Point the camera looks at.")]
+Fov = Annotated[float | None, typer.Option("--fov", help="Vertical field of view, degrees.")]
+Size = Annotated[str, typer.Option("--size", metavar="WxH", help="Pixels.")]
+Samples = Annotated[int, typer.Option("--samples", min=1, help="n x n samples in each pixel.")]
+Output = Annotated[Path, typer.Option("-o", "--output", help="OUT.png (tone-mapped) or OUT.exr (raw, with alpha).")]
+Width = Annotated[int, typer.Option("--width", help="Neurons a layer.")]
+Layers = Annotated[int, typer.Option("--layers", help="Linear layers.")]
+Bands = Annotated[int, typer.Option("--bands", min=1, max=8, help="SH bands of transfer; n*n outputs.")]
+Points = Annotated[int, typer.Option("--points", help="Surface samples.")]
+Rays = Annotated[int, typer.Option("--rays", help="Rays a sample.")]
+DEFAULT_SIZE = f"{settings.Render.width}x{settings.Render.height}"
+DEFAULT_LIGHT = "sky_afternoon"
+
+
+def _numbers(text: str | None, flag: str, count: int = 3) -> tuple[float, ...] | None:
+    """Parse `0.1,0.2,0.3`; None stays None."""
+    if text is None:
+        return None
+    try:
+        values = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        values = ()
+    if len(values) != count:
+        raise SdfprtError(f"{flag} {text}: expected {count} numbers with commas between them, such as 0.8,0.6,0.2")
+    return values
+
+
+def _size(text: str) -> tuple[int, int]:
+    """Parse `640x480`."""
+    parts = text.lower().split("x")
+    if len(parts) != 2 or not all(part.isdigit() and int(part) > 0 for part in parts):
+        raise SdfprtError(f"--size {text}: expected WIDTHxHEIGHT in pixels, such as 640x480")
+    return int(parts[0]), int(parts[1])
+
+
+def _picture(output: Path, kinds: tuple[str, ...] = (".png", ".exr")) -> Path:
+    """Refuse an output that could not be written before any work is done for it."""
+    if output.suffix.lower() not in kinds:
+        raise SdfprtError(f"{output}: cannot write this kind of file; use {' or '.join(kinds)}")
+    if not output.parent.is_dir():
+        raise SdfprtError(f"{output}: the folder {output.parent} does not exist")
+    return output
+
+
+def _setup(
+    scene_name: str,
+    light_name: str,
+    yaw: float,
+    material_name: str | None,
+    albedo: str | None,
+    specular: str | None,
+    eye: str | None,
+    target: str | None,
+    fov: float | None,
+) -> "tuple[Scene, Light, Material, Camera]":
+    """What `render` and `reference` share: the scene, and its own material and camera where no flag says otherwise."""
+    from dataclasses import replace
+
+    from sdfprt.light import Light
+    from sdfprt.material import parse
+    from sdfprt.scene import Scene
+
+    scene = Scene.load(scene_name)
+    light = Light.load(light_name).rotated(yaw=yaw)
+    for warning in light.warnings:
+        print(f"sdfprt: {warning}", file=sys.stderr)
+    colour = {"albedo": _numbers(albedo, "--albedo"), "specular": _numbers(specular, "--specular")}
+    material = parse(material_name, **colour) if material_name else scene.material
+    if not material_name:
+        material = replace(material, **{k: v for k, v in colour.items() if v is not None and hasattr(material, k)})
+    place = {"eye": _numbers(eye, "--eye"), "target": _numbers(target, "--target"), "fov": fov}
+    camera = replace(scene.camera, **{k: v for k, v in place.items() if v is not None})
+    return scene, light, material, camera
+
+
+@app.command()
+def scenes() -> None:
+    """List the library's scenes."""
+    from sdfprt.scene import library
+
+    for name, title in library().items():
+        print(f"{name:20} {title}")
+
+
+@app.command()
+def lights() -> None:
+    """List the library's lights, all generated in code."""
+    from sdfprt.light import lights
+
+    for name, about in lights().items():
+        print(f"{name:20} {about}")
+
+
+@app.command()
+def check(
+    scene: SceneName,
+    png: Annotated[Path | None, typer.Option(help="Write a thumbnail.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
+    """Does the scene compile, where is its surface, is it a distance, what does it cost?"""
+    from sdfprt import inspect
+    from sdfprt.scene import Scene
+
+    loaded = Scene.load(scene)
+    report = inspect.check(loaded)
+    print(json.dumps(asdict(report), indent=2) if as_json else report)
+    if png is not None:
+        from sdfprt.exact import thumbnail
+        from sdfprt.image import write
+
+        write(_picture(png), thumbnail(loaded))
+        print(png)
+
+
+@app.command()
+def bake(
+    scene: SceneName,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Also save the asset here.")] = None,
+    width: Width = settings.Network.width,
+    layers: Layers = settings.Network.layers,
+    bands: Bands = settings.Transfer.bands,
+    points: Points = settings.Surface.points,
+    rays: Rays = settings.Transfer.rays,
+    target_psnr: Annotated[float | None, typer.Option(help="Stop fitting at this validation PSNR, dB.")] = None,
+    preview: Annotated[bool, typer.Option(help="A rough network in seconds.")] = False,
+) -> None:
+    """Precompute transfer and fit the network; resumes where an earlier call was stopped."""
+    from sdfprt.bake import bake as run
+    from sdfprt.scene import Scene
+
+    if output is not None:
+        _picture(output, (".safetensors",))
+    start = time.perf_counter()
+    asset = run(
+        Scene.load(scene),
+        width=width,
+        layers=layers,
+        bands=bands,
+        points=points,
+        rays=rays,
+        target_psnr=target_psnr,
+        preview=preview,
+    )
+    if output is not None:
+        asset.save(output)
+    info = asset.info
+    print(f"{scene}: validation RMSE {info['validation_rmse']:.4f}, {time.perf_counter() - start:.1f} s")
+    if output is not None:
+        print(output)
+
+
+@app.command()
+def render(
+    scene: SceneName,
+    output: Output,
+    asset: Annotated[Path | None, typer.Option(help="A baked .safetensors file; default: shipped, cached or baked.")] = None,
+    light: LightName = DEFAULT_LIGHT,
+    yaw: Yaw = 0.0,
+    material: MaterialName = None,
+    albedo: Albedo = None,
+    specular: Specular = None,
+    eye: Eye = None,
+    target: Target = None,
+    fov: Fov = None,
+    size: Size = DEFAULT_SIZE,
+    samples: Samples = settings.Render.samples,
+    exposure: Annotated[float, typer.Option(help="PNG only.")] = settings.Render.exposure,
+    dering: Annotated[Switch, typer.Option(help="Window the light's SH until it is nowhere negative.")] = Switch.auto,
+    background: Annotated[Switch, typer.Option(help="Show the light behind the scene.")] = Switch.auto,
+    backend: Annotated[Backend, typer.Option(help="Where the network runs.")] = Backend.glsl,
+    width: Width = settings.Network.width,
+) -> None:
+    """Render with learnt transfer; bakes first where no asset exists."""
+    from sdfprt.asset import Asset
+    from sdfprt.bake import bake as run_bake
+    from sdfprt.image import write
+
+    is_png = _picture(output).suffix.lower() == ".png"
+    pixels = _size(size)
+    loaded, environment, lobe, camera = _setup(scene, light, yaw, material, albedo, specular, eye, target, fov)
+    baked = Asset.load(asset, scene=loaded) if asset else run_bake(loaded, width=width)
+    if backend is Backend.torch:
+        from sdfprt.torch_render import frame
+    else:
+        from sdfprt.render import frame
+    picture = frame(
+        loaded,
+        baked,
+        environment,
+        material=lobe,
+        camera=camera,
+        size=pixels,
+        samples=samples,
+        dering=dering is Switch.on or (dering is Switch.auto and is_png),
+        background=background is Switch.on or (background is Switch.auto and is_png),
+    )
+    if picture.dering > 0:
+        print(f"sdfprt: light windowed against ringing, strength {picture.dering:.3g}", file=sys.stderr)
+    write(output, picture.rgb, alpha=None if is_png else picture.alpha, exposure=exposure)
+    print(output)
+
+
+@app.command()
+def reference(
+    scene: SceneName,
+    output: Output,
+    light: LightName = DEFAULT_LIGHT,
+    yaw: Yaw = 0.0,
+    material: MaterialName = None,
+    albedo: Albedo = None,
+    specular: Specular = None,
+    eye: Eye = None,
+    target: Target = None,
+    fov: Fov = None,
+    size: Size = DEFAULT_SIZE,
+    samples: Samples = settings.Render.samples,
+    spp: Annotated[int, typer.Option(min=1, help="Light paths a pixel.")] = settings.Reference.spp,
+    bounces: Annotated[int, typer.Option(min=0, help="Interreflections; 0 is direct light.")] = settings.Reference.bounces,
+    exposure: Annotated[float, typer.Option(help="PNG only.")] = settings.Render.exposure,
+    seed: int = 0,
+) -> None:
+    """Ground truth by path tracing the SDF itself: no SH, no network."""
+    from sdfprt.image import write
+    from sdfprt.reference import reference_image
+
+    is_png = _picture(output).suffix.lower() == ".png"
+    pixels = _size(size)
+    loaded, environment, lobe, camera = _setup(scene, light, yaw, material, albedo, specular, eye, target, fov)
+    result = reference_image(
+        loaded, environment, lobe, camera=camera, size=pixels, samples=samples, spp=spp, bounces=bounces, seed=seed
+    )
+    write(output, result.rgb, alpha=None if is_png else result.alpha, exposure=exposure)
+    print(f"sdfprt: standard error {result.standard_error.mean():.3g} on average", file=sys.stderr)
+    print(output)
+
+
+@app.command()
+def compare(
+    a: Path,
+    b: Path,
+    heatmap: Annotated[Path | None, typer.Option(metavar="PNG", help="Write the FLIP error map.")] = None,
+) -> None:
+    """Compare two pictures; prints JSON: mae, psnr, ssim, flip."""
+    from sdfprt import metrics
+    from sdfprt.image import read
+
+    if heatmap is not None:
+        _picture(heatmap, (".png",))
+    first, second = read(a), read(b)
+    print(json.dumps(metrics.compare(first.rgb, second.rgb), indent=2))
+    if heatmap is not None:
+        metrics.write_heatmap(heatmap, first.rgb, second.rgb)
+
+
+@app.command()
+def demo(output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the pictures.")] = Path("demo")) -> None:
+    """The four scenes, diffuse and glossy, under two lights, and one contact sheet."""
+    from sdfprt.demo import run
+
+    print(f"contact sheet: {run(output)}")
+
+
+@app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
+def bench(
+    context: typer.Context,
+    name: Annotated[str | None, typer.Argument(help="Which benchmark; without a name they are listed.")] = None,
+) -> None:
+    """Measure on this machine; each benchmark has its own --help."""
+    import ast
+    import runpy
+
+    from sdfprt.resources import folder
+
+    scripts = {path.stem: path for path in sorted(folder("bench").glob("*.py"))}
+    if name is None:
+        for stem, path in scripts.items():
+            caption = ast.get_docstring(ast.parse(path.read_text())) or ""
+            print(f"{stem:14} {caption.splitlines()[0] if caption else ''}")
+        return
+    if name not in scripts:
+        raise SdfprtError(f"bench {name}: there is no such benchmark; there are {', '.join(scripts)}")
+    sys.argv = [f"sdfprt bench {name}", *context.args]
+    sys.path.insert(0, str(scripts[name].parent))
+    runpy.run_path(str(scripts[name]), run_name="__main__")
+
+
+def main() -> None:
+    """Run the command line; a fault in the user's input is one line on stderr and exit status 1."""
+    try:
+        app()
+    except SdfprtError as error:
+        print(f"{type(error).__name__}: {error}", file=sys.stderr)
+        sys.exit(1)
+    except OSError as error:
+        print(f"{type(error).__name__}: {error}", file=sys.stderr)
+        sys.exit(1)

@@ -1,0 +1,191 @@
+"""Flat shapes in the x, y plane, to extrude and revolve: exact distances unless said otherwise.
+
+Straight-sided shapes are polygons, whose distance is exact: the nearest edge gives its size and the winding its sign.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sdfprt.csg.tree import Shape2, Vector, Writer, leaf, number, vector
+from sdfprt.errors import SdfprtError
+
+
+def _flat(expression: str, low: Vector, high: Vector) -> Shape2:
+    """A shape whose distance is one GLSL expression of {p}."""
+    return Shape2(lambda w, p: expression.replace("{p}", p), (np.asarray(low, float), np.asarray(high, float)))
+
+
+def circle(radius: float = 0.5) -> Shape2:
+    """A disc."""
+    return _flat(f"(length({{p}}) - {number(radius)})", (-radius,) * 2, (radius,) * 2)
+
+
+def half_plane(normal: Vector = (0, 1), offset: float = 0.0) -> Shape2:
+    """All points with dot(p, normal) < offset; infinite."""
+    n = np.asarray(normal, float) / np.linalg.norm(normal)
+    return _flat(f"(dot({{p}}, {vector(n)}) - {number(offset)})", (-np.inf,) * 2, (np.inf,) * 2)
+
+
+def polygon(points: Sequence[Vector]) -> Shape2:
+    """A simple polygon, convex or not, its corners in either order."""
+    corners = np.asarray(points, float)
+    if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
+        raise SdfprtError(f"csg: polygon needs three or more points of two numbers, got shape {corners.shape}")
+    count = len(corners)
+
+    def write(w: Writer, p: str) -> str:
+        w.names += 1
+        name = f"polygon{w.names}"
+        literals = ", ".join(vector(c) for c in corners)
+        w.functions.append(
+            "\n".join(
+                [
+                    f"const vec2 {name}Corners[{count}] = vec2[{count}]({literals});",
+                    f"float {name}(vec2 p) {{",
+                    "    float d = 1e9, side = 1.0;",
+                    f"    for (int i = 0; i < {count}; i++) {{",
+                    f"        vec2 a = {name}Corners[i], b = {name}Corners[(i + 1) % {count}];",
+                    "        vec2 edge = b - a, q = p - a;",
+                    "        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);",
+                    "        d = min(d, dot(away, away));",
+                    "        bool crosses = (a.y > p.y) != (b.y > p.y);",
+                    "        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;",
+                    "    }",
+                    "    return side * sqrt(d);",
+                    "}",
+                ]
+            )
+        )
+        return f"{name}({p})"
+
+    return Shape2(write, (corners.min(axis=0), corners.max(axis=0)))
+
+
+def regular_polygon(sides: int = 6, radius: float = 0.5) -> Shape2:
+    """`sides` equal sides, corners at `radius`, one of them up."""
+    if sides < 3:
+        raise SdfprtError(f"csg: a regular polygon has three sides or more, not {sides}")
+    angle = np.pi / 2 + 2 * np.pi * np.arange(sides) / sides
+    return polygon(radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+
+
+def hexagon(radius: float = 0.5) -> Shape2:
+    """A regular hexagon."""
+    return regular_polygon(6, radius)
+
+
+def equilateral_triangle(radius: float = 0.5) -> Shape2:
+    """A regular triangle, one corner up."""
+    return regular_polygon(3, radius)
+
+
+def triangle(a: Vector, b: Vector, c: Vector) -> Shape2:
+    """Any triangle."""
+    return polygon([a, b, c])
+
+
+def rectangle(size: Vector = (1.0, 1.0)) -> Shape2:
+    """A rectangle of width and height `size`."""
+    half = np.asarray(size, float) / 2
+    box = f"abs({{p}}) - {vector(half)}"
+    return _flat(f"(length(max({box}, 0.0)) + min(max(({box}).x, ({box}).y), 0.0))", -half, half)
+
+
+def rounded_rectangle(size: Vector = (1.0, 1.0), radius: float = 0.1) -> Shape2:
+    """A rectangle with corners rounded by `radius`, `size` over all."""
+    return rectangle(np.asarray(size, float) - 2 * radius).round(radius)
+
+
+def trapezoid(bottom: float = 1.0, top: float = 0.5, height: float = 0.6) -> Shape2:
+    """Symmetric about y, centred on the origin's height."""
+    b, t, h = bottom / 2, top / 2, height / 2
+    return polygon([(-b, -h), (b, -h), (t, h), (-t, h)])
+
+
+def parallelogram(width: float = 0.8, height: float = 0.5, skew: float = 0.2) -> Shape2:
+    """Its top is moved by `skew` against its bottom."""
+    w, h, s = width / 2, height / 2, skew / 2
+    return polygon([(-w - s, -h), (w - s, -h), (w + s, h), (-w + s, h)])
+
+
+def rhombus(width: float = 1.0, height: float = 0.6) -> Shape2:
+    """A lozenge with diagonals `width` and `height`."""
+    return polygon([(-width / 2, 0), (0, -height / 2), (width / 2, 0), (0, height / 2)])
+
+
+def star(points: int = 5, radius: float = 0.5, inner: float = 0.2) -> Shape2:
+    """A star with tips at `radius` and notches at `inner`, one tip up."""
+    angle = np.pi / 2 + np.pi * np.arange(2 * points) / points
+    reach = np.where(np.arange(2 * points) % 2 == 0, radius, inner)
+    return polygon(reach[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+
+
+def cross(size: float = 1.0, width: float = 0.3) -> Shape2:
+    """A plus sign."""
+    return polygon_of_quarter([(size / 2, width / 2), (width / 2, width / 2), (width / 2, size / 2)])
+
+
+def polygon_of_quarter(corners: Sequence[Vector]) -> Shape2:
+    """A polygon symmetric about both axes, by its corners in the first quadrant from +x to +y."""
+    first = np.asarray(corners, float)
+    upper = np.concatenate([first, (first * (-1, 1))[::-1]])
+    return polygon(np.concatenate([upper, -upper]))
+
+
+def arrow(length: float = 1.0, shaft: float = 0.2, head: float = 0.5) -> Shape2:
+    """Pointing up; its head is `head` wide and half as long as that."""
+    y, s, h = length / 2, shaft / 2, head / 2
+    return polygon([(-s, -y), (s, -y), (s, y - h), (h, y - h), (0, y), (-h, y - h), (-s, y - h)])
+
+
+def gear(teeth: int = 12, radius: float = 0.5, depth: float = 0.1) -> Shape2:
+    """A toothed wheel with tips at `radius`; teeth and gaps are equally wide at the middle of their depth."""
+    step = 2 * np.pi / teeth
+    angle = np.concatenate([step * i + step * np.array([-0.2, 0.2, 0.3, 0.7]) for i in range(teeth)])
+    reach = np.tile([radius, radius, radius - depth, radius - depth], teeth)
+    return polygon(reach[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+
+
+def segment(a: Vector = (-0.4, 0), b: Vector = (0.4, 0), radius: float = 0.1) -> Shape2:
+    """A stroke from `a` to `b` with round ends."""
+    low, high = np.minimum(a, b) - radius, np.maximum(a, b) + radius
+    return leaf(Shape2, "flat", "sdSegment2", (a, b, radius), low, high)
+
+
+def ring(radius: float = 0.4, width: float = 0.1) -> Shape2:
+    """The stroke of a circle, `width` wide in all."""
+    return circle(radius).shell(width)
+
+
+def pie(radius: float = 0.5, angle: float = 45.0) -> Shape2:
+    """A sector that opens upwards, `angle` degrees to each side of +y."""
+    t = np.radians(angle)
+    return leaf(Shape2, "flat", "sdPie", ((np.sin(t), np.cos(t)), radius), (-radius,) * 2, (radius,) * 2)
+
+
+def arc(radius: float = 0.4, angle: float = 120.0, width: float = 0.1) -> Shape2:
+    """A stroke along a circle with round ends, `angle` degrees to each side of +y."""
+    t, reach = np.radians(angle), radius + width / 2
+    return leaf(Shape2, "flat", "sdArc", ((np.sin(t), np.cos(t)), radius, width / 2), (-reach,) * 2, (reach,) * 2)
+
+
+def vesica(radius: float = 0.5, offset: float = 0.25) -> Shape2:
+    """What two discs `offset` to each side of y have in common; stands upright."""
+    if not 0 <= offset < radius:
+        raise SdfprtError(f"csg: vesica needs 0 <= offset < radius, got {offset} and {radius}")
+    half = (radius - offset, (radius**2 - offset**2) ** 0.5)
+    return leaf(Shape2, "flat", "sdVesica", (radius, offset), (-half[0], -half[1]), half)
+
+
+def cut_disk(radius: float = 0.5, height: float = 0.1) -> Shape2:
+    """The part of a disc above y = `height`."""
+    if abs(height) >= radius:
+        raise SdfprtError(f"csg: cut_disk needs |height| < radius, got {height} and {radius}")
+    return leaf(Shape2, "flat", "sdCutDisk", (radius, height), (-radius, height), (radius, radius))
+
+
+def ellipse(size: Vector = (1.0, 0.6)) -> Shape2:
+    """A bound, not exact: an ellipse of width and height `size`."""
+    half = np.asarray(size, float) / 2
+    return leaf(Shape2, "flat", "sdEllipse2", (half,), -half, half)

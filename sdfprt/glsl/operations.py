@@ -1,0 +1,402 @@
+"""SPIR-V's arithmetic and GLSL.std.450 on scalar leaves: each result is a list of C++ expressions, one a leaf."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sdfprt.errors import SdfprtError
+
+if TYPE_CHECKING:
+    from sdfprt.glsl.spirv import Instruction
+    from sdfprt.glsl.to_warp import Translator
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """One scalar: a C++ name or literal, its kind (f, i, u, b), and whether it is the same in all lanes."""
+
+    name: str
+    kind: str
+    uniform: bool
+
+
+Temp = Callable[[str, bool, str], Leaf]
+
+
+def literal(value: float, kind: str) -> Leaf:
+    """A constant, uniform."""
+    if kind == "b":
+        return Leaf("true" if value else "false", "b", True)
+    if kind == "f":
+        number = float(np.float32(value))
+        if not np.isfinite(number):
+            bits = int(np.float32(value).view(np.int32))
+            return Leaf(f"__builtin_bit_cast(float, {bits})", "f", True)
+        return Leaf(f"({number!r}f)", "f", True)
+    return Leaf(f"({int(value)}u)" if kind == "u" else f"({int(value)})", kind, True)
+
+
+def vary(leaf: Leaf) -> str:
+    """The leaf as a value that may differ between lanes."""
+    if not leaf.uniform:
+        return leaf.name
+    return f"mask({leaf.name})" if leaf.kind == "b" else f"splat({leaf.name})"
+
+
+_BINARY = {
+    "FAdd": "+", "FSub": "-", "FMul": "*", "FDiv": "/", "IAdd": "+", "ISub": "-", "IMul": "*",
+    "BitwiseAnd": "&", "BitwiseOr": "|", "BitwiseXor": "^",
+}  # fmt: skip
+_CALLS = {
+    "FMod": "mod", "FRem": "rem", "SDiv": "idiv", "UDiv": "udiv", "SRem": "irem", "SMod": "irem", "UMod": "urem",
+}  # fmt: skip
+_COMPARE = {  # (function, swapped, negated)
+    "FOrdLessThan": ("lt", False, False), "FUnordLessThan": ("lt", False, False),
+    "FOrdGreaterThan": ("lt", True, False), "FUnordGreaterThan": ("lt", True, False),
+    "FOrdLessThanEqual": ("le", False, False), "FUnordLessThanEqual": ("le", False, False),
+    "FOrdGreaterThanEqual": ("le", True, False), "FUnordGreaterThanEqual": ("le", True, False),
+    "FOrdEqual": ("eq", False, False), "FUnordEqual": ("eq", False, False),
+    "FOrdNotEqual": ("eq", False, True), "FUnordNotEqual": ("eq", False, True),
+    "SLessThan": ("lt", False, False), "ULessThan": ("lt", False, False), "SGreaterThan": ("lt", True, False),
+    "UGreaterThan": ("lt", True, False), "SLessThanEqual": ("le", False, False),
+    "ULessThanEqual": ("le", False, False), "SGreaterThanEqual": ("le", True, False),
+    "UGreaterThanEqual": ("le", True, False), "IEqual": ("eq", False, False), "INotEqual": ("eq", False, True),
+}  # fmt: skip
+_SIGN = {"lt": "<", "le": "<=", "eq": "=="}
+_UNARY_EXT = {
+    1: "round_away", 2: "round_even", 3: "trunc", 4: "abs", 6: "sign", 8: "floor", 9: "ceil", 10: "fract", 13: "sin",
+    14: "cos", 15: "tan", 16: "asin", 17: "acos", 18: "atan", 19: "sinh", 20: "cosh", 21: "tanh", 22: "asinh",
+    23: "acosh", 24: "atanh", 27: "exp", 28: "log", 29: "exp2", 30: "log2", 31: "sqrt", 32: "rsqrt", 73: "find_lsb",
+    74: "find_smsb", 75: "find_umsb",
+}  # fmt: skip
+_BINARY_EXT = {
+    25: "atan2", 26: "pow", 37: "min", 38: "umin", 39: "imin", 40: "max", 41: "umax", 42: "imax", 48: "step",
+    53: "ldexp", 79: "min", 80: "max",
+}  # fmt: skip
+
+
+class _Build:
+    """Small helpers that name every intermediate, so that expressions stay short."""
+
+    def __init__(self, temp: Temp) -> None:
+        self.temp = temp
+
+    def f(self, text: str) -> Leaf:
+        return self.temp("f", False, text)
+
+    def dot(self, a: list[Leaf], b: list[Leaf]) -> Leaf:
+        total = f"{vary(a[0])} * {vary(b[0])}"
+        for x, y in zip(a[1:], b[1:], strict=True):
+            total = f"fma({vary(x)}, {vary(y)}, {total})"
+        return self.f(total)
+
+    def scale(self, a: list[Leaf], s: Leaf) -> list[Leaf]:
+        return [self.f(f"{x.name} * {vary(s)}") for x in a]
+
+    def sub(self, a: list[Leaf], b: list[Leaf]) -> list[Leaf]:
+        return [self.f(f"{vary(x)} - {vary(y)}") for x, y in zip(a, b, strict=True)]
+
+    def product(self, rows: list[list[Leaf]], columns: list[list[Leaf]]) -> list[Leaf]:
+        """Dot product of every row with every column, column by column."""
+        return [self.dot(row, column) for column in columns for row in rows]
+
+    def determinant(self, m: list[list[Leaf]]) -> Leaf:
+        """By the first column; m[column][row]."""
+        if len(m) == 1:
+            return m[0][0]
+        parts = []
+        for k in range(len(m)):
+            minor = self.determinant([[c for j, c in enumerate(column) if j != k] for column in m[1:]])
+            parts.append(f"{'-' if k % 2 else '+'} {vary(m[0][k])} * {vary(minor)}")
+        return self.f(" ".join(["splat(0.0f)", *parts]))
+
+    def inverse(self, m: list[list[Leaf]]) -> list[Leaf]:
+        n = len(m)
+        scale = self.f(f"1.0f / {vary(self.determinant(m))}")
+        out = []
+        for column in range(n):
+            for row in range(n):
+                rest = [[c for j, c in enumerate(col) if j != column] for i, col in enumerate(m) if i != row]
+                minor = vary(self.determinant(rest)) if n > 1 else "splat(1.0f)"
+                out.append(self.f(f"{'-' if (row + column) % 2 else ''}{minor} * {scale.name}"))
+        return out
+
+
+def evaluate(owner: Translator, i: Instruction, values: dict[int, list[Leaf]], temp: Temp) -> list[Leaf]:
+    """Leaves of an instruction's result. Raises SdfprtError for what an SDF cannot use."""
+    if i.op == "ExtInst":
+        return _extended(owner, i, values, temp)
+    kinds = owner.leaves(i.type)
+    types = owner.module.types
+    b = _Build(temp)
+    op = i.op
+
+    def operand(k: int) -> list[Leaf]:
+        return values[i.operands[k]]
+
+    def typed(k: int):
+        return types[owner.module.type_of[i.operands[k]]]
+
+    def columns(k: int) -> list[list[Leaf]]:
+        kind, flat = typed(k), operand(k)
+        height = len(flat) // kind.count
+        return [flat[c * height : (c + 1) * height] for c in range(kind.count)]
+
+    if op == "CompositeConstruct":
+        return [leaf for k in range(len(i.operands)) for leaf in operand(k)]
+    if op in ("CompositeExtract", "CompositeInsert"):
+        source = 0 if op == "CompositeExtract" else 1
+        type_id, at = owner.module.type_of[i.operands[source]], 0
+        for index in i.operands[source + 1 :]:
+            type_id, step = owner.member(type_id, index)
+            at += step
+        if op == "CompositeExtract":
+            return operand(0)[at : at + len(kinds)]
+        part, whole = operand(0), operand(1)
+        return whole[:at] + part + whole[at + len(part) :]
+    if op == "VectorShuffle":
+        both = operand(0) + operand(1)
+        return [both[k] if k < len(both) else literal(0, kinds[0]) for k in i.operands[2:]]
+    if op in ("CopyObject",):
+        return operand(0)
+    if op == "Undef":
+        return [literal(0, kind) for kind in kinds]
+    if op == "Transpose":
+        cols = columns(0)
+        return [cols[c][r] for r in range(len(cols[0])) for c in range(len(cols))]
+    if op in ("VectorExtractDynamic", "VectorInsertDynamic"):
+        vector = operand(0)
+        index = operand(1 if op == "VectorExtractDynamic" else 2)[0]
+        at = temp("i", False, f"clamp_index({vary(index)}, {len(vector)})" if index.kind == "i" else f"clamp_index(as_I({vary(index)}), {len(vector)})")
+        if op == "VectorInsertDynamic":
+            new = vary(operand(1)[0])
+            return [temp(v.kind, False, f"sel(eq({at.name}, splat({k})), {new}, {vary(v)})") for k, v in enumerate(vector)]
+        result = vary(vector[0])
+        for k, v in enumerate(vector[1:], 1):
+            result = f"sel(eq({at.name}, splat({k})), {vary(v)}, {result})"
+        return [temp(kinds[0], False, result)]
+
+    if op in _BINARY or op in _CALLS or op in _COMPARE:
+        out = []
+        for x, y, kind in zip(operand(0), operand(1), kinds, strict=True):
+            uniform = x.uniform and y.uniform
+            if op in _BINARY:
+                out.append(temp(kind, uniform, f"{_same(x, kind)} {_BINARY[op]} {_same(y, kind)}"))
+            elif op in _CALLS:
+                # Signedness follows the operation, not the operands
+                u = "u" if op[0] == "U" else kind if op[0] == "F" else "i"
+                out.append(temp(kind, False, _cast(f"{_CALLS[op]}({_as(x, u)}, {_as(y, u)})", u, kind)))
+            else:
+                out.append(_compare(op, x, y, uniform, temp))
+        return out
+    if op in ("FNegate", "SNegate"):
+        return [temp(k, x.uniform, f"-{x.name}") for x, k in zip(operand(0), kinds, strict=True)]
+    if op == "Not":
+        return [temp(k, x.uniform, f"~{x.name}") for x, k in zip(operand(0), kinds, strict=True)]
+    if op in ("ConvertSToF", "ConvertUToF"):
+        return [
+            temp("f", x.uniform, f"(float){x.name}" if x.uniform else f"to_F({_as(x, 'i' if op[7] == 'S' else 'u')})")
+            for x in operand(0)
+        ]
+    if op in ("ConvertFToS", "ConvertFToU"):
+        return [temp(kinds[0], False, f"to_{'I' if op.endswith('S') else 'U'}_safe({vary(x)})") for x in operand(0)]
+    if op == "Bitcast":
+        return [temp(k, False, _bits(vary(x), x.kind, k)) for x, k in zip(operand(0), kinds, strict=True)]
+    if op in ("ShiftLeftLogical", "ShiftRightLogical", "ShiftRightArithmetic"):
+        out = []
+        for x, y, kind in zip(operand(0), operand(1), kinds, strict=True):
+            wide = "i" if op == "ShiftRightArithmetic" else "u"
+            sign = "<<" if op == "ShiftLeftLogical" else ">>"
+            by = f"({_as(y, wide)} & {'31' if wide == 'i' else '31u'})"
+            out.append(temp(kind, False, _cast(f"({_as(x, wide)} {sign} {by})", wide, kind)))
+        return out
+    if op == "BitCount":
+        return [temp(k, False, _cast(f"bit_count({_as(x, 'u')})", "i", k)) for x, k in zip(operand(0), kinds, strict=True)]
+    if op == "BitReverse":
+        return [temp(k, False, _cast(f"bit_reverse({_as(x, 'u')})", "u", k)) for x, k in zip(operand(0), kinds, strict=True)]
+    if op in ("BitFieldSExtract", "BitFieldUExtract"):
+        at, count = (_as(operand(k)[0], "i") for k in (1, 2))
+        wide = "i" if op == "BitFieldSExtract" else "u"
+        return [
+            temp(k, False, _cast(f"bit_extract({_as(x, wide)}, {at}, {count})", wide, k))
+            for x, k in zip(operand(0), kinds, strict=True)
+        ]
+    if op == "BitFieldInsert":
+        at, count = (_as(operand(k)[0], "i") for k in (2, 3))
+        return [
+            temp(k, False, _cast(f"bit_insert({_as(x, 'u')}, {_as(y, 'u')}, {at}, {count})", "u", k))
+            for x, y, k in zip(operand(0), operand(1), kinds, strict=True)
+        ]
+
+    if op == "LogicalNot":
+        return [temp("b", x.uniform, f"!{x.name}" if x.uniform else f"~{x.name}") for x in operand(0)]
+    if op in ("LogicalAnd", "LogicalOr"):
+        sign = "&" if op == "LogicalAnd" else "|"
+        return [
+            temp("b", True, f"{x.name} {sign * 2} {y.name}")
+            if x.uniform and y.uniform
+            else temp("b", False, f"{vary(x)} {sign} {vary(y)}")
+            for x, y in zip(operand(0), operand(1), strict=True)
+        ]
+    if op in ("LogicalEqual", "LogicalNotEqual"):
+        flip = "~" if op == "LogicalEqual" else ""
+        return [temp("b", False, f"{flip}({vary(x)} ^ {vary(y)})") for x, y in zip(operand(0), operand(1), strict=True)]
+    if op in ("Any", "All"):
+        return [temp("b", False, (" | " if op == "Any" else " & ").join(vary(x) for x in operand(0)))]
+    if op == "IsNan":
+        return [temp("b", False, f"is_nan({vary(x)})") for x in operand(0)]
+    if op == "IsInf":
+        return [temp("b", False, f"is_inf({vary(x)})") for x in operand(0)]
+    if op == "Select":
+        conditions = operand(0) if len(operand(0)) > 1 else operand(0) * len(kinds)
+        return [
+            temp(k, False, f"{'selm' if k == 'b' else 'sel'}({vary(c)}, {vary(x)}, {vary(y)})")
+            for c, x, y, k in zip(conditions, operand(1), operand(2), kinds, strict=True)
+        ]
+
+    if op in ("VectorTimesScalar", "MatrixTimesScalar"):
+        s = operand(1)[0]
+        return [temp("f", x.uniform and s.uniform, f"{x.name} * {s.name}") for x in operand(0)]
+    if op == "Dot":
+        return [b.dot(operand(0), operand(1))]
+    if op == "VectorTimesMatrix":
+        return [b.dot(operand(0), column) for column in columns(1)]
+    if op == "MatrixTimesVector":
+        return b.product(_rows(columns(0)), [operand(1)])
+    if op == "MatrixTimesMatrix":
+        return b.product(_rows(columns(0)), columns(1))
+    if op == "OuterProduct":
+        return [b.f(f"{vary(x)} * {vary(y)}") for y in operand(1) for x in operand(0)]
+    raise SdfprtError(f"an SDF cannot use this operation of GLSL: {op}")
+
+
+def _rows(columns: list[list[Leaf]]) -> list[list[Leaf]]:
+    return [list(row) for row in zip(*columns, strict=True)]
+
+
+def _cast(text: str, source: str, target: str) -> str:
+    return text if source == target else f"as_{target.upper()}({text})"
+
+
+def _as(leaf: Leaf, kind: str) -> str:
+    return _cast(vary(leaf), leaf.kind, kind)
+
+
+def _same(leaf: Leaf, kind: str) -> str:
+    """An operand of the result's kind; ints and unsigned may stand for each other."""
+    if leaf.kind == kind:
+        return leaf.name
+    if leaf.uniform:
+        return f"({'unsigned' if kind == 'u' else 'int'}){leaf.name}"
+    return _cast(leaf.name, leaf.kind, kind)
+
+
+def _bits(text: str, source: str, target: str) -> str:
+    if source == target:
+        return text
+    if source == "f":
+        return f"as_I({text})" if target == "i" else f"as_U(as_I({text}))"
+    if target == "f":
+        return f"as_F({text})" if source == "i" else f"as_F(as_I({text}))"
+    return _cast(text, source, target)
+
+
+def _compare(op: str, x: Leaf, y: Leaf, uniform: bool, temp: Temp) -> Leaf:
+    function, swapped, negated = _COMPARE[op]
+    if swapped:
+        x, y = y, x
+    if uniform:
+        text = f"({x.name} {_SIGN[function]} {y.name})"
+        return temp("b", True, f"!{text}" if negated else text)
+    kind = "f" if op[0] == "F" else "u" if op[0] == "U" else "i"
+    text = f"{function}({_as(x, kind)}, {_as(y, kind)})"
+    return temp("b", False, f"~{text}" if negated else text)
+
+
+def writes_memory(number: int) -> bool:
+    """modf and frexp hand their second result back through a pointer."""
+    return number in (35, 51)
+
+
+def split(number: int, values: list[Leaf], temp: Temp) -> tuple[list[Leaf], list[Leaf]]:
+    """(result, value behind the pointer) of modf (35) and frexp (51)."""
+    if number == 35:
+        whole = [temp("f", False, f"trunc({vary(x)})") for x in values]
+        return [temp("f", False, f"{vary(x)} - {w.name}") for x, w in zip(values, whole, strict=True)], whole
+    return (
+        [temp("f", False, f"mantissa_of({vary(x)})") for x in values],
+        [temp("i", False, f"exponent_of({vary(x)})") for x in values],
+    )
+
+
+def _extended(owner: Translator, i: Instruction, values: dict[int, list[Leaf]], temp: Temp) -> list[Leaf]:
+    """GLSL.std.450."""
+    number, arguments = i.operands[1], [values[o] for o in i.operands[2:]]
+    kinds = owner.leaves(i.type)
+    b = _Build(temp)
+    first = arguments[0]
+    if number in _UNARY_EXT:
+        out = []
+        for x, kind in zip(first, kinds, strict=True):
+            wants = {73: "u", 74: "i", 75: "u"}.get(number, "f")
+            makes = "f" if wants == "f" else "i"
+            out.append(temp(kind, False, _cast(f"{_UNARY_EXT[number]}({_as(x, wants)})", makes, kind)))
+        return out
+    if number == 5:
+        return [temp(k, False, f"imax({vary(x)}, -{vary(x)})") for x, k in zip(first, kinds, strict=True)]
+    if number == 7:
+        return [temp("i", False, f"imax(imin({vary(x)}, splat(1)), splat(-1))") for x in first]
+    if number in (11, 12):
+        factor = "0.0174532925f" if number == 11 else "57.2957795f"
+        return [b.f(f"{vary(x)} * {factor}") for x in first]
+    if number in _BINARY_EXT:
+        name = _BINARY_EXT[number]
+        return [temp(k, False, f"{name}({vary(x)}, {vary(y)})") for x, y, k in zip(*arguments, kinds, strict=True)]
+    if number in (43, 44, 45, 81):
+        low, high = {43: ("max", "min"), 81: ("max", "min"), 44: ("umax", "umin"), 45: ("imax", "imin")}[number]
+        return [
+            temp(k, False, f"{high}({low}({vary(x)}, {vary(lo)}), {vary(hi)})")
+            for x, lo, hi, k in zip(*arguments, kinds, strict=True)
+        ]
+    if number == 46:
+        return [b.f(f"{vary(x)} * (1.0f - {vary(t)}) + {vary(y)} * {vary(t)}") for x, y, t in zip(*arguments, strict=True)]
+    if number == 49:
+        return [b.f(f"smoothstep({vary(lo)}, {vary(hi)}, {vary(x)})") for lo, hi, x in zip(*arguments, strict=True)]
+    if number == 50:
+        return [b.f(f"fma({vary(x)}, {vary(y)}, {vary(z)})") for x, y, z in zip(*arguments, strict=True)]
+    if number in (33, 34):
+        size = round(len(first) ** 0.5)
+        matrix = [first[c * size : (c + 1) * size] for c in range(size)]
+        return [b.determinant(matrix)] if number == 33 else b.inverse(matrix)
+    if number == 66:
+        return [b.f(f"abs({vary(first[0])})") if len(first) == 1 else b.f(f"sqrt({b.dot(first, first).name})")]
+    if number == 67:
+        gap = b.sub(first, arguments[1])
+        return [b.f(f"sqrt({b.dot(gap, gap).name})")]
+    if number == 68:
+        a, c = first, arguments[1]
+        order = ((1, 2), (2, 0), (0, 1))
+        return [b.f(f"{vary(a[p])} * {vary(c[q])} - {vary(a[q])} * {vary(c[p])}") for p, q in order]
+    if number == 69:
+        inverse = b.f(f"1.0f / sqrt({b.dot(first, first).name})")
+        return [b.f(f"{vary(x)} * {inverse.name}") for x in first]
+    if number == 70:
+        side = temp("b", False, f"lt({b.dot(arguments[2], arguments[1]).name}, splat(0.0f))")
+        return [b.f(f"sel({side.name}, {vary(x)}, -{vary(x)})") for x in first]
+    if number == 71:
+        twice = b.f(f"2.0f * {b.dot(arguments[1], first).name}")
+        return [b.f(f"{vary(x)} - {twice.name} * {vary(n)}") for x, n in zip(first, arguments[1], strict=True)]
+    if number == 72:
+        eta, cosine = vary(arguments[2][0]), b.dot(arguments[1], first).name
+        k = b.f(f"1.0f - {eta} * {eta} * (1.0f - {cosine} * {cosine})").name
+        along = b.f(f"{eta} * {cosine} + sqrt(max({k}, splat(0.0f)))").name
+        inside = temp("b", False, f"lt({k}, splat(0.0f))").name
+        return [
+            b.f(f"sel({inside}, splat(0.0f), {eta} * {vary(x)} - {along} * {vary(n)})")
+            for x, n in zip(first, arguments[1], strict=True)
+        ]
+    raise SdfprtError(f"an SDF cannot use this function of GLSL (GLSL.std.450 number {number})")

@@ -1,0 +1,177 @@
+"""SPIR-V as Python values: types, constants, functions as blocks of instructions (SPIR-V specification 1.0, sections 2-3).
+
+Reads what glslang writes for GLSL; knows nothing of what the module will become.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from sdfprt.errors import SdfprtError
+
+# Opcodes by number, only those that the translation asks for by name
+_OPCODES = {
+    1: "Undef", 5: "Name", 11: "ExtInstImport", 12: "ExtInst", 15: "EntryPoint", 19: "TypeVoid", 20: "TypeBool",
+    21: "TypeInt", 22: "TypeFloat", 23: "TypeVector", 24: "TypeMatrix", 28: "TypeArray", 30: "TypeStruct",
+    32: "TypePointer", 33: "TypeFunction", 41: "ConstantTrue", 42: "ConstantFalse", 43: "Constant",
+    44: "ConstantComposite", 46: "ConstantNull", 48: "SpecConstantTrue", 49: "SpecConstantFalse", 50: "SpecConstant",
+    54: "Function", 55: "FunctionParameter", 56: "FunctionEnd", 57: "FunctionCall", 59: "Variable", 61: "Load",
+    62: "Store", 63: "CopyMemory", 65: "AccessChain", 66: "InBoundsAccessChain", 77: "VectorExtractDynamic",
+    78: "VectorInsertDynamic", 79: "VectorShuffle", 80: "CompositeConstruct", 81: "CompositeExtract",
+    82: "CompositeInsert", 83: "CopyObject", 84: "Transpose", 109: "ConvertFToU", 110: "ConvertFToS",
+    111: "ConvertSToF", 112: "ConvertUToF", 124: "Bitcast", 126: "SNegate", 127: "FNegate", 128: "IAdd", 129: "FAdd",
+    130: "ISub", 131: "FSub", 132: "IMul", 133: "FMul", 134: "UDiv", 135: "SDiv", 136: "FDiv", 137: "UMod",
+    138: "SRem", 139: "SMod", 140: "FRem", 141: "FMod", 142: "VectorTimesScalar", 143: "MatrixTimesScalar",
+    144: "VectorTimesMatrix", 145: "MatrixTimesVector", 146: "MatrixTimesMatrix", 147: "OuterProduct", 148: "Dot",
+    154: "Any", 155: "All", 156: "IsNan", 157: "IsInf", 164: "LogicalEqual", 165: "LogicalNotEqual", 166: "LogicalOr",
+    167: "LogicalAnd", 168: "LogicalNot", 169: "Select", 170: "IEqual", 171: "INotEqual", 172: "UGreaterThan",
+    173: "SGreaterThan", 174: "UGreaterThanEqual", 175: "SGreaterThanEqual", 176: "ULessThan", 177: "SLessThan",
+    178: "ULessThanEqual", 179: "SLessThanEqual", 180: "FOrdEqual", 181: "FUnordEqual", 182: "FOrdNotEqual",
+    183: "FUnordNotEqual", 184: "FOrdLessThan", 185: "FUnordLessThan", 186: "FOrdGreaterThan",
+    187: "FUnordGreaterThan", 188: "FOrdLessThanEqual", 189: "FUnordLessThanEqual", 190: "FOrdGreaterThanEqual",
+    191: "FUnordGreaterThanEqual", 194: "ShiftRightLogical", 195: "ShiftRightArithmetic", 196: "ShiftLeftLogical",
+    197: "BitwiseOr", 198: "BitwiseXor", 199: "BitwiseAnd", 200: "Not", 201: "BitFieldInsert",
+    202: "BitFieldSExtract", 203: "BitFieldUExtract", 204: "BitReverse", 205: "BitCount", 245: "Phi", 246: "LoopMerge",
+    247: "SelectionMerge", 248: "Label", 249: "Branch", 250: "BranchConditional", 251: "Switch", 252: "Kill",
+    253: "Return", 254: "ReturnValue", 255: "Unreachable",
+}  # fmt: skip
+_SILENT = {3, 4, 6, 7, 8, 10, 14, 16, 17, 71, 72, 317, 330}  # source, names of members, lines, decorations, capabilities
+_NO_RESULT = {"Store", "CopyMemory", "LoopMerge", "SelectionMerge", "Branch", "BranchConditional", "Switch", "Kill",
+              "Return", "ReturnValue", "Unreachable", "FunctionEnd"}  # fmt: skip
+TERMINATORS = {"Branch", "BranchConditional", "Switch", "Kill", "Return", "ReturnValue", "Unreachable"}
+
+
+@dataclass(frozen=True)
+class Type:
+    """kind: void, bool, int, uint, float, vector, matrix, array, struct, pointer, function, or the name of another type.
+
+    `members`: component, column, element, pointee (one id), members of a struct, or return and parameters.
+    """
+
+    kind: str
+    members: tuple[int, ...] = ()
+    count: int = 0
+
+
+@dataclass(frozen=True)
+class Instruction:
+    """`type` and `result` are ids, 0 where there is none; `operands` are the words that follow."""
+
+    op: str
+    type: int
+    result: int
+    operands: tuple[int, ...]
+
+
+@dataclass
+class Block:
+    label: int
+    instructions: list[Instruction] = field(default_factory=list)
+    merge: Instruction | None = None
+
+    @property
+    def end(self) -> Instruction:
+        return self.instructions[-1]
+
+
+@dataclass
+class Function:
+    result: int
+    type: int  # of what it returns
+    parameters: list[Instruction] = field(default_factory=list)
+    variables: list[Instruction] = field(default_factory=list)
+    blocks: dict[int, Block] = field(default_factory=dict)
+
+
+@dataclass
+class Module:
+    types: dict[int, Type]
+    constants: dict[int, Instruction]
+    globals: list[Instruction]
+    functions: dict[int, Function]
+    names: dict[int, str]
+    type_of: dict[int, int]  # result id -> type id
+    entry: int
+
+
+def _string(words: np.ndarray) -> str:
+    return words.tobytes().split(b"\0")[0].decode("utf-8", "replace")
+
+
+def parse(data: bytes) -> Module:
+    """Parse a SPIR-V binary. Raises SdfprtError where it is none, or holds an instruction outside our subset."""
+    if len(data) < 20 or len(data) % 4 or int.from_bytes(data[:4], "little") != 0x07230203:
+        raise SdfprtError("not a SPIR-V module")
+    words = np.frombuffer(data, np.uint32)
+    module = Module({}, {}, [], {}, {}, {}, 0)
+    function: Function | None = None
+    block: Block | None = None
+    at = 5
+    while at < len(words):
+        count, code = int(words[at]) >> 16, int(words[at]) & 0xFFFF
+        body = words[at + 1 : at + count]
+        at += max(count, 1)
+        if code in _SILENT:
+            continue
+        op = _OPCODES.get(code)
+        if op is None:
+            raise SdfprtError(f"this GLSL uses something that an SDF cannot have here (SPIR-V instruction {code})")
+        if op == "Name":
+            module.names[int(body[0])] = _string(body[1:])
+        elif op == "EntryPoint":
+            module.entry = int(body[1])
+        elif op == "ExtInstImport":
+            pass
+        elif op.startswith("Type"):
+            _type(module, op, [int(w) for w in body])
+        else:
+            values = tuple(int(w) for w in body)
+            if op in _NO_RESULT:
+                made = Instruction(op, 0, 0, values)
+            elif op == "Label":
+                made = Instruction(op, 0, values[0], ())
+            else:
+                made = Instruction(op, values[0], values[1], values[2:])
+                module.type_of[made.result] = made.type
+            if op == "Function":
+                function = Function(made.result, made.type)
+                module.functions[made.result] = function
+            elif op == "FunctionEnd":
+                function = block = None
+            elif function is None:
+                if op == "Variable":
+                    module.globals.append(made)
+                else:
+                    module.constants[made.result] = made
+            elif op == "FunctionParameter":
+                function.parameters.append(made)
+            elif op == "Label":
+                block = Block(made.result)
+                function.blocks[made.result] = block
+            elif op == "Variable":
+                function.variables.append(made)
+            elif block is not None:
+                if op in ("LoopMerge", "SelectionMerge"):
+                    block.merge = made
+                else:
+                    block.instructions.append(made)
+    return module
+
+
+def _type(module: Module, op: str, w: list[int]) -> None:
+    kind = op.removeprefix("Type").lower()
+    if kind == "int":
+        module.types[w[0]] = Type("int" if w[2] else "uint")
+    elif kind in ("vector", "matrix"):
+        module.types[w[0]] = Type(kind, (w[1],), w[2])
+    elif kind == "array":
+        length = module.constants[w[2]]
+        module.types[w[0]] = Type(kind, (w[1],), length.operands[0])
+    elif kind == "pointer":
+        module.types[w[0]] = Type(kind, (w[2],), w[1])
+    elif kind in ("struct", "function"):
+        module.types[w[0]] = Type(kind, tuple(w[1:]))
+    else:
+        module.types[w[0]] = Type(kind)
+    if kind == "float" and w[1] != 32:
+        raise SdfprtError("double precision is not supported in an SDF; use float")

@@ -1,0 +1,71 @@
+"""Warp kernels around a scene's C++: pieces of kernels/*.h joined into one native function, launched on both CPU threads.
+
+A body sees `Simd`, the scene's struct and its arguments (arrays as `name.data`), and handles item `item`:
+
+    kernel = build(scene_cpp, ("distance.h",), {"points": wp.array(dtype=float), "out": wp.array(dtype=float)})
+    launch(kernel, count, [points, out])
+"""
+
+import functools
+import hashlib
+import os
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, no_type_check
+
+import warp as wp
+
+from sdfprt.resources import folder
+
+wp.config.quiet = True
+THREADS = min(os.cpu_count() or 1, 16)
+
+
+@functools.cache
+def piece(name: str) -> str:
+    """Text of kernels/<name>."""
+    return (folder("kernels") / name).read_text()
+
+
+@no_type_check
+def build(scene: str, pieces: tuple[str, ...], arguments: dict[str, Any]):
+    """A Warp kernel over `first + thread` that runs the last piece as its body, after simd.h, the scene and the others."""
+    text = "\n".join([piece("simd.h"), scene, *(piece(name) for name in pieces)])
+    key = hashlib.sha256(text.encode()).hexdigest()[:16]
+    return _kernel(key, text, tuple(arguments.items()))
+
+
+@functools.lru_cache(maxsize=64)
+@no_type_check
+def _kernel(key: str, text: str, arguments: tuple):
+    names = [name for name, _ in arguments]
+    scope = {"wp": wp, **{f"T_{name}": kind for name, kind in arguments}}
+    signature = ", ".join(f"{name}: T_{name}" for name in names)
+    # Warp reads annotations from real functions, so the two are written as source
+    source = (
+        f"def native_{key}({signature}, item: int): ...\n"
+        f"def kernel_{key}({signature}, first: int):\n"
+        f"    native_{key}({', '.join(names)}, first + wp.tid())\n"
+    )
+    path = f"<sdfprt kernel {key}>"
+    import linecache
+
+    linecache.cache[path] = (len(source), None, source.splitlines(keepends=True), path)
+    exec(compile(source, path, "exec"), scope)
+    scope[f"native_{key}"] = wp.func_native(text)(scope[f"native_{key}"])
+    return wp.kernel(enable_backward=False, module="unique")(scope[f"kernel_{key}"])
+
+
+@no_type_check
+def launch(kernel, count: int, arguments: list, device: str = "cpu") -> None:
+    """Run items 0 … count - 1; on the CPU in one part a thread, since Warp releases Python's lock while it runs."""
+    wp.load_module(kernel.module, device=device)
+    if not device.startswith("cpu") or count < 2 * THREADS:
+        wp.launch(kernel, dim=count, inputs=[*arguments, 0], device=device)
+        return
+    edges = [count * k // THREADS for k in range(THREADS + 1)]
+
+    def run(k: int) -> None:
+        wp.launch(kernel, dim=edges[k + 1] - edges[k], inputs=[*arguments, edges[k]], device=device)
+
+    with ThreadPoolExecutor(THREADS) as pool:
+        list(pool.map(run, range(THREADS)))

@@ -28,7 +28,7 @@ def compile_glsl(text: str, stage: str = "frag", file: str = "scene.glsl") -> by
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder) / f"shader.{stage}", Path(folder) / "shader.spv"
         source.write_text(text)
-        command = [program, "-G100", "--target-env", "opengl", "-o", str(target), str(source)]
+        command = [program, "-G100", "--target-env", "opengl", "--aml", "--amb", "-o", str(target), str(source)]
         try:
             done = subprocess.run(command, capture_output=True, env=environment, timeout=SECONDS)
         except subprocess.TimeoutExpired:

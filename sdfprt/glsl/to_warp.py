@@ -97,7 +97,7 @@ class Translator:
         value = struct.unpack("f" if kinds[0] == "f" else "i" if kinds[0] == "i" else "I", struct.pack("I", bits))[0]
         return [literal(value, kinds[0])]
 
-    def translate(self, name: str, inputs: list[tuple[int, str]], output: int) -> str:
+    def translate(self, name: str) -> str:
         """The whole module as `struct name : Simd` with `static void evaluate(Globals&, M)` for the entry point."""
         functions = [_Writer(self, key).text(key == self.module.entry) for key in self.module.functions]
         members = [f"{_C_TYPE[s.kind]} {s.name.removeprefix('g.')}[{max(len(s.kinds), 1)}];" for s in self.globals.values()]

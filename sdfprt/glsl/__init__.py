@@ -1,0 +1,1 @@
+"""GLSL text to SPIR-V, and SPIR-V to C++ for Warp."""

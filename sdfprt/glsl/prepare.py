@@ -1,0 +1,158 @@
+"""The user's GLSL made ready for both roads: includes, what hosts define, the entry point under one name."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from sdfprt.errors import GlslError
+from sdfprt.glsl.compile import compile_glsl
+from sdfprt.resources import folder
+
+VERSION = "#version 430\n"
+ENTRY = "sdfprt_distance"
+_MAX_TEXT = 2_000_000
+
+# What authors' viewers define for them; added only where the compiler misses the name
+_HOST = {
+    **dict.fromkeys(("pi", "PI", "M_PI", "Pi"), "const float {} = 3.14159265358979;"),
+    **dict.fromkeys(("tau", "TAU", "TWO_PI"), "const float {} = 6.28318530717959;"),
+    **dict.fromkeys(("HALF_PI", "PI_2"), "const float {} = 1.5707963267949;"),
+    **dict.fromkeys(("iTime", "time", "u_time", "iGlobalTime", "iTimeDelta", "globalTime"), "const float {} = 0.0;"),
+    **dict.fromkeys(("iFrame", "frame"), "const int {} = 0;"),
+    "iResolution": "const vec3 {} = vec3(512.0, 512.0, 1.0);",
+    "resolution": "const vec2 {} = vec2(512.0);",
+    "u_resolution": "const vec2 {} = vec2(512.0);",
+    "iMouse": "const vec4 {} = vec4(0.0);",
+    "iDate": "const vec4 {} = vec4(0.0);",
+    "mouse": "const vec2 {} = vec2(0.0);",
+    "saturate": "#define {}(x) clamp(x, 0.0, 1.0)",
+    "frac": "#define {}(x) fract(x)",
+    "lerp": "#define {}(a, b, t) mix(a, b, t)",
+    "lengthSquared": "float {0}(vec2 v) {{ return dot(v, v); }} float {0}(vec3 v) {{ return dot(v, v); }}",
+    "dot2": "float {0}(vec2 v) {{ return dot(v, v); }} float {0}(vec3 v) {{ return dot(v, v); }}",
+    "rot": "mat2 {}(float a) {{ float c = cos(a), s = sin(a); return mat2(c, s, -s, c); }}",
+}
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """`text` compiles after a #version line; `spirv` is the distance's module; `notes` say what was added or mended."""
+
+    text: str
+    spirv: bytes
+    notes: tuple[str, ...]
+    has_albedo: bool
+    has_exponent: bool
+
+
+def without_comments(text: str) -> str:
+    """The text with comments blanked, lines kept."""
+    blank = lambda m: re.sub(r"[^\n]", " ", m[0])  # noqa: E731
+    return re.sub(r"//[^\n]*|/\*.*?\*/", blank, text, flags=re.S)
+
+
+def expand_includes(text: str, file: str, own_folder: Path | None, seen: frozenset[Path] = frozenset()) -> str:
+    """Replace `#include "..."`: from sdf_library, or the file's own folder; each file once, never from elsewhere."""
+    loaded = set(seen)
+
+    def replace(match: re.Match) -> str:
+        name, line = match[1], text.count("\n", 0, match.start()) + 1
+        roots = [folder("sdf_library"), *([own_folder] if own_folder else [])]
+        for root in roots:
+            path = (root / name).resolve()
+            if not path.is_relative_to(root.resolve()):
+                raise GlslError(f"{file}:{line}: #include \"{name}\" leads out of the folders that a scene may read")
+            if path.is_file():
+                if path in loaded:
+                    return ""
+                loaded.add(path)
+                inner = expand_includes(path.read_text(), path.name, path.parent, frozenset(loaded))
+                return f"#line 1\n{inner}\n#line {line + 1}"
+        raise GlslError(f"{file}:{line}: #include \"{name}\": no such file in the library or beside the scene")
+
+    return re.sub(r'^[ \t]*#[ \t]*include[ \t]+"([^"\n]+)"[^\n]*$', replace, text, flags=re.M)
+
+
+def prepare(glsl: str, file: str, own_folder: Path | None, defines: dict[str, float], offset: float) -> Prepared:
+    """Make the user's text ready. Raises GlslError with the user's file and line."""
+    if "\0" in glsl or len(glsl) > _MAX_TEXT:
+        raise GlslError(f"{file}: this is not GLSL text (a zero byte, or over {_MAX_TEXT:,} characters)")
+    body = expand_includes(glsl, file, own_folder)
+    body = re.sub(r"^[ \t]*#[ \t]*(version|extension)\b[^\n]*$", "", body, flags=re.M)
+    body = re.sub(r"^([ \t]*)precision\s+\w+\s+\w+\s*;", r"\1", body, flags=re.M)
+    bare = without_comments(body)
+    call = _entry(bare, file)
+    notes: list[str] = []
+    header = [f"#define {name} {_define(name, value, file)}" for name, value in defines.items()]
+    for name in defines:  # a uniform or constant of that name gives way to the define
+        body = re.sub(rf"^[ \t]*(uniform|const)\s+\w+\s+{name}\s*(=[^;]*)?;", "", body, flags=re.M)
+    if re.search(r"\bvoid\s+main\s*\(", bare):
+        header.append("#define main sdfprt_user_main")
+    body = _constant_uniforms(body, notes)
+    tail = f"\n#undef main\nfloat {ENTRY}(vec3 p) {{ return {call} - {offset!r}; }}\n"
+    added: dict[str, None] = {}
+    while True:
+        text = "\n".join([*header, *(_HOST[name].format(name) for name in added), "#line 1", body, tail])
+        try:
+            spirv = compile_glsl(distance_module(text), file=file)
+            break
+        except GlslError as error:
+            missing = re.findall(r"no (?:variable|function) '(\w+)'|'(\w+)' : no matching", str(error))
+            new = [n for pair in missing for n in pair if n in _HOST and n not in added]
+            if not new:
+                raise
+            added.update(dict.fromkeys(new))
+    notes += [f"'{name}' is not declared in the file; added as its host defines it" for name in added]
+    return Prepared(
+        text,
+        spirv,
+        tuple(notes),
+        bool(re.search(r"\bvec3\s+albedo\s*\(\s*(?:in\s+)?vec3\s+\w+\s*,\s*(?:in\s+)?vec3\b", bare)),
+        bool(re.search(r"\bfloat\s+exponent\s*\(\s*(?:in\s+)?vec3\s+\w+\s*,\s*(?:in\s+)?vec3\b", bare)),
+    )
+
+
+def _define(name: str, value: float, file: str) -> str:
+    if not re.fullmatch(r"[A-Za-z_]\w*", name):
+        raise GlslError(f"{file}: cannot define '{name}': not a name")
+    return repr(float(value)) if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
+
+
+def _entry(bare: str, file: str) -> str:
+    """The call that gives the distance."""
+    for pattern, call in (
+        (r"\bfloat\s+sdf\s*\(\s*(?:const\s+)?(?:in\s+)?vec3\b[^,)]*\)", "sdf(p)"),
+        (r"\bfloat\s+map\s*\(\s*(?:const\s+)?(?:in\s+)?vec3\b[^,)]*\)", "map(p)"),
+        (r"\bvec2\s+map\s*\(\s*(?:const\s+)?(?:in\s+)?vec3\b[^,)]*\)", "map(p).x"),
+    ):
+        if re.search(pattern, bare):
+            return call
+    raise GlslError(f"{file}: no entry point: the file needs float sdf(vec3 p), float map(vec3 p) or vec2 map(vec3 p)")
+
+
+def _constant_uniforms(body: str, notes: list[str]) -> str:
+    """Uniforms have no host here: numbers become zero constants, and that is said."""
+
+    def replace(match: re.Match) -> str:
+        kind, name = match[1], match[2]
+        notes.append(f"uniform {kind} {name} has no host; it is 0 (set it in [defines])")
+        return f"const {kind} {name} = {kind}(0);"
+
+    return re.sub(r"^[ \t]*uniform\s+(float|int|vec[234])\s+(\w+)\s*;", replace, body, flags=re.M)
+
+
+def distance_module(text: str) -> str:
+    """A fragment shader whose only output is the distance."""
+    return (
+        f"{VERSION}{text}\n"
+        "in vec3 sdfprt_point;\nout float sdfprt_out;\n"
+        f"void main() {{ sdfprt_out = {ENTRY}(sdfprt_point); }}\n"
+    )
+
+
+def field_module(text: str, name: str, kind: str) -> str:
+    """A fragment shader whose only output is `name(point, normal)`: albedo or exponent."""
+    return (
+        f"{VERSION}{text}\nin vec3 sdfprt_point;\nin vec3 sdfprt_normal;\nout {kind} sdfprt_out;\n"
+        f"void main() {{ sdfprt_out = {name}(sdfprt_point, sdfprt_normal); }}\n"
+    )

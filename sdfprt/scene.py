@@ -1,0 +1,239 @@
+"""A scene: GLSL text with a distance, its bounds, and how it likes to be looked at.
+
+Only what lies inside the bounds exists. `step` multiplies marching steps where the field overestimates; `offset` moves the surface
+to where the field has that value.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import warp as wp
+from jaxtyping import Float
+from numpy import ndarray
+
+from sdfprt import native
+from sdfprt.camera import Camera
+from sdfprt.errors import SdfprtError
+from sdfprt.glsl.compile import compile_glsl
+from sdfprt.glsl.prepare import Prepared, field_module, prepare
+from sdfprt.glsl.spirv import parse
+from sdfprt.glsl.to_warp import BUDGET, Translator
+from sdfprt.material import Material, parse as parse_material
+from sdfprt.resources import folder
+
+Box = tuple[tuple[float, float, float], tuple[float, float, float]]
+UNIT: Box = ((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
+NORMAL_STEP = 2e-4  # half width of the taps, of the diagonal
+_PAD = 16
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """GLSL text and what belongs to it. Raises GlslError where the text does not compile or has no entry point."""
+
+    glsl: str
+    bounds: Box = UNIT
+    name: str = "scene"
+    file: str = "scene.glsl"
+    folder: Path | None = None
+    step: float = 1.0
+    offset: float = 0.0
+    camera: Camera = None  # type: ignore[assignment]
+    material: Material = None  # type: ignore[assignment]
+    defines: Mapping[str, float] = field(default_factory=dict)
+    title: str = ""
+
+    def __post_init__(self) -> None:
+        low, high = np.asarray(self.bounds, float)
+        if not (np.isfinite([low, high]).all() and (high > low).all()):
+            raise SdfprtError(f"{self.file}: bounds {self.bounds} are no box; give ((x0,y0,z0),(x1,y1,z1)) with x0 < x1")
+        if not 0 < self.step <= 1:
+            raise SdfprtError(f"{self.file}: step {self.step} must be above 0 and at most 1")
+        if self.camera is None:
+            object.__setattr__(self, "camera", Camera.framing(self.bounds))
+        if self.material is None:
+            object.__setattr__(self, "material", parse_material("diffuse"))
+        _ = self.prepared
+
+    @classmethod
+    def load(cls, source: str | Path) -> Scene:
+        """A library scene by name, a .glsl file, or a folder with sdf.glsl and scene.toml.
+
+        Raises SdfprtError for a missing file or wrong scene.toml, GlslError for GLSL that does not compile.
+        """
+        path = Path(source)
+        if not path.exists() and path.name == str(source) and (folder("sdf_library") / path / "sdf.glsl").is_file():
+            path = folder("sdf_library") / path
+        if path.is_dir():
+            if not (path / "sdf.glsl").is_file():
+                raise SdfprtError(f"{path}: a scene folder needs the file sdf.glsl")
+            return cls(**{"glsl": _read(path / "sdf.glsl"), "name": path.resolve().name, **_settings(path), "folder": path})
+        if path.is_file():
+            return cls(glsl=_read(path), name=path.stem, file=path.name, folder=path.resolve().parent)
+        raise SdfprtError(f"{source}: no such scene; there are {', '.join(library())}, or give a .glsl file or a scene folder")
+
+    @functools.cached_property
+    def prepared(self) -> Prepared:
+        """The text ready for both roads, and what had to be mended."""
+        return prepare(self.glsl, self.file, self.folder, dict(self.defines), self.offset)
+
+    @property
+    def shader_source(self) -> str:
+        """GLSL for the renderer: the user's text, includes expanded, and `float sdfprt_distance(vec3 p)`."""
+        return self.prepared.text
+
+    @property
+    def has_albedo(self) -> bool:
+        return self.prepared.has_albedo
+
+    @property
+    def has_exponent(self) -> bool:
+        return self.prepared.has_exponent
+
+    @functools.cached_property
+    def hash(self) -> str:
+        """Of the surface: prepared text, bounds and step. Colours in the same file count too; camera and material do not."""
+        text = f"{self.prepared.text}|{np.asarray(self.bounds, float).tolist()}|{self.step}"
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+    @functools.cached_property
+    def native(self) -> str:
+        """C++: `struct Scene : Simd { static F distance(F x, F y, F z, M live); }`."""
+        return _native(self.prepared.spirv, "Scene", ("x", "y", "z"), "distance", ("d",))
+
+    @functools.cached_property
+    def native_colour(self) -> str:
+        """C++ structs Albedo and Exponent: `value(x, y, z, nx, ny, nz, live, out…)`; empty where the file has neither."""
+        parts = []
+        for name, kind, outputs in (("albedo", "vec3", ("r", "g", "b")), ("exponent", "float", ("s",))):
+            if getattr(self, f"has_{name}"):
+                spirv = compile_glsl(field_module(self.prepared.text, name, kind), file=self.file)
+                parts.append(_native(spirv, name.title(), ("x", "y", "z", "nx", "ny", "nz"), "value", outputs))
+        return "\n".join(parts)
+
+    @property
+    def size(self) -> ndarray:
+        return np.subtract(self.bounds[1], self.bounds[0]).astype(float)
+
+    @property
+    def diagonal(self) -> float:
+        return float(np.linalg.norm(self.size))
+
+    @property
+    def center(self) -> ndarray:
+        return np.mean(np.asarray(self.bounds, float), axis=0)
+
+    @property
+    def extent(self) -> float:
+        """Half of the longest side of the bounds."""
+        return float(self.size.max()) / 2
+
+    def distance(self, points: Float[ndarray, "n 3"]) -> Float[ndarray, "n"]:
+        """Distance at each point, by the translation to Warp; scene units, negative inside."""
+        return self._evaluate(points, 0.0)[: len(points)]
+
+    def gradient(self, points: Float[ndarray, "n 3"]) -> Float[ndarray, "n 3"]:
+        """Gradient of the distance by four taps at the corners of a tetrahedron."""
+        flat = self._evaluate(points, NORMAL_STEP * self.diagonal)
+        return flat.reshape(-1, 3)[: len(points)]
+
+    def normal(self, points: Float[ndarray, "n 3"]) -> Float[ndarray, "n 3"]:
+        """Unit gradient; (0, 1, 0) where the gradient vanishes."""
+        g = self.gradient(points).astype(np.float64)
+        length = np.linalg.norm(g, axis=1, keepdims=True)
+        fine = np.isfinite(length) & (length > 1e-12)
+        return np.where(fine, g / np.where(fine, length, 1), (0.0, 1.0, 0.0)).astype(np.float32)
+
+    def _evaluate(self, points: ndarray, step: float) -> ndarray:
+        points = np.ascontiguousarray(points, np.float32)
+        packets = -(-len(points) // _PAD)
+        padded = np.zeros((packets * _PAD, 3), np.float32)
+        padded[: len(points)] = points
+        padded[len(points) :] = points[-1] if len(points) else 0
+        out = wp.empty(len(padded) * (3 if step else 1), dtype=float, device="cpu")
+        kernel = native.build(
+            self.native,
+            ("distance.h",),
+            {"points": wp.array(dtype=float), "out": wp.array(dtype=float), "step": float},
+        )
+        native.launch(kernel, packets, [wp.array(padded.ravel(), dtype=float, device="cpu"), out, step])
+        return out.numpy()
+
+
+def _native(spirv: bytes, struct: str, inputs: tuple[str, ...], function: str, outputs: tuple[str, ...]) -> str:
+    """The module as a C++ struct with one function of scalars."""
+    module = parse(spirv)
+    names = {v.result: module.names.get(v.result, "") for v in module.globals}
+    find = {name: key for key, name in names.items()}
+    body = Translator(module).translate(struct)
+    single = len(outputs) == 1
+    feed = [f"    g.v{find['sdfprt_point']}[{k}] = {name};" for k, name in enumerate(inputs[:3])]
+    feed += [f"    g.v{find['sdfprt_normal']}[{k}] = {name};" for k, name in enumerate(inputs[3:])]
+    parameters = ", ".join([*(f"F {name}" for name in inputs), "M live", *(() if single else (f"F& {o}" for o in outputs))])
+    result = f"g.v{find['sdfprt_out']}"
+    give = [f"    return {result}[0];"] if single else [f"    {o} = {result}[{k}];" for k, o in enumerate(outputs)]
+    inline = "__attribute__((noinline))" if len(body) > 12_000 else "inline"
+    return "\n".join(
+        [
+            body.rstrip().removesuffix("};"),
+            f"static {inline} CUDA_CALLABLE {'F' if single else 'void'} {function}({parameters}) {{",
+            "    Globals g = {};",
+            f"    g.budget = {BUDGET};",
+            *feed,
+            "    evaluate(g, live);",
+            *give,
+            "}",
+            "};",
+        ]
+    )
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text()
+    except UnicodeDecodeError:
+        raise SdfprtError(f"{path}: not GLSL text (it is not UTF-8)") from None
+
+
+def _settings(path: Path) -> dict:
+    """What scene.toml says, as arguments of Scene."""
+    file = path / "scene.toml"
+    if not file.is_file():
+        return {}
+    try:
+        toml = tomllib.loads(file.read_text())
+        found: dict = {"file": f"{path.name}/sdf.glsl", "title": toml.get("title", "")}
+        if "bounds" in toml:
+            low, high = toml["bounds"]
+            found["bounds"] = (tuple(map(float, low)), tuple(map(float, high)))
+        for key in ("step", "offset"):
+            if key in toml:
+                found[key] = float(toml[key])
+        if "camera" in toml:
+            places = {k: tuple(map(float, v)) if k != "fov" else float(v) for k, v in toml["camera"].items()}
+            found["camera"] = Camera(**places)
+        if "material" in toml:
+            settings = dict(toml["material"])
+            kind = settings.pop("kind", "diffuse")
+            found["material"] = parse_material(kind, **{k: tuple(map(float, v)) for k, v in settings.items()})
+        found["defines"] = toml.get("defines", {})
+    except (tomllib.TOMLDecodeError, TypeError, ValueError) as error:
+        raise SdfprtError(f"{file}: {error}") from None
+    return found
+
+
+def library() -> dict[str, str]:
+    """Name -> title of every scene that ships."""
+    found = {}
+    for path in sorted(folder("sdf_library").glob("*/sdf.glsl")):
+        toml = path.parent / "scene.toml"
+        settings = tomllib.loads(toml.read_text()) if toml.is_file() else {}
+        found[path.parent.name] = settings.get("title", path.parent.name)
+    return found

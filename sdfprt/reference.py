@@ -1,4 +1,4 @@
-"""Ground truth: Monte Carlo path tracing of the SDF itself; same light, lobes and camera as `render`, no SH, no network.
+"""Ground truth: path tracing of the SDF itself; same light, lobes and camera as `render`, no SH and no network.
 
 A pass gives every ray of the camera some packets of 16 stratified paths. Packets are independent, so that their
 spread gives each pixel's standard error. Passes add up, may be stopped and resumed, and depend on the seed alone.

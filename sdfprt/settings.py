@@ -15,7 +15,9 @@ class Surface:
 
 @dataclass(frozen=True)
 class Trace:
-    epsilon: float = 1e-4  # distance that counts as a hit, of the scene
+    hit: float = 1e-5  # distance that counts as a hit of a camera's ray, of the scene
+    epsilon: float = 5e-5  # the same for a shadow's ray
+    lift: float = 2e-4  # how far off the surface a shadow's ray begins, of the scene
     steps: int = 256  # at most, a ray
     relaxation: float = 1.3  # over-relaxed step; falls back to the safe one
 

@@ -353,6 +353,9 @@ def _extended(owner: Translator, i: Instruction, values: dict[int, list[Leaf]], 
     if number in (11, 12):
         factor = "0.0174532925f" if number == 11 else "57.2957795f"
         return [b.f(f"{vary(x)} * {factor}") for x in first]
+    if number in (36, 52):  # the same as structs
+        one, two = split(35 if number == 36 else 51, first, temp)
+        return [*one, *two]
     if number in _BINARY_EXT:
         name = _BINARY_EXT[number]
         return [temp(k, False, f"{name}({vary(x)}, {vary(y)})") for x, y, k in zip(*arguments, kinds, strict=True)]

@@ -89,6 +89,8 @@ def prepare(glsl: str, file: str, own_folder: Path | None, defines: dict[str, fl
     if re.search(r"\bvoid\s+main\s*\(", bare):
         header.append("#define main sdfprt_user_main")
     body = _constant_uniforms(body, notes)
+    body = re.sub(r"^([ \t]*)(?:layout\s*\([^)]*\)\s*)?(?:in|out|varying|flat in)\s+(\w+\s+\w+\s*;)", r"\1\2", body, flags=re.M)
+    body = _zeroed_globals(body)
     tail = f"\n#undef main\nfloat {ENTRY}(vec3 p) {{ return {call} - {offset!r}; }}\n"
     added: dict[str, None] = {}
     while True:
@@ -139,6 +141,30 @@ def _constant_uniforms(body: str, notes: list[str]) -> str:
         return f"const {kind} {name} = {kind}(0);"
 
     return re.sub(r"^[ \t]*uniform\s+(float|int|vec[234])\s+(\w+)\s*;", replace, body, flags=re.M)
+
+
+_ZEROED = re.compile(r"\s*(float|int|uint|bool|[iub]?vec[234]|mat[234](?:x[234])?)(\s+\w+\s*(?:,\s*\w+\s*)*)\Z")
+
+
+def _zeroed_globals(body: str) -> str:
+    """Globals without a value are zero, as authors' viewers have it; OpenGL would leave them undefined."""
+    bare, out, start, depth = without_comments(body), [], 0, 0
+    bare = re.sub(r"^[ \t]*#(?:[^\n]*\\\n)*[^\n]*", lambda m: re.sub(r"[^\n]", " ", m[0]), bare, flags=re.M)
+    statement = 0
+    for at, letter in enumerate(bare):
+        if letter in "{}":
+            depth += 1 if letter == "{" else -1
+            statement = at + 1
+        elif letter == ";" and depth == 0:
+            found = _ZEROED.match(bare, statement, at)
+            if found:
+                kind = found[1]
+                names = ", ".join(f"{name.strip()} = {kind}(0)" for name in found[2].split(","))
+                lines = body[statement:at].count("\n")
+                out += [body[start:statement], "\n" * lines, f"{kind} {names}"]
+                start = at
+            statement = at + 1
+    return "".join([*out, body[start:]])
 
 
 def distance_module(text: str) -> str:

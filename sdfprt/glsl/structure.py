@@ -65,7 +65,6 @@ class Exit:
     kind: str
     target: int
     value: int = 0
-    block: Block | None = None
 
 
 Node = Straight | Edge | If | Loop | Switch | Exit
@@ -87,13 +86,13 @@ def structure(function: Function) -> list[Node]:
     return _region(function, next(iter(function.blocks)), _Context())
 
 
-def _exit(target: int, context: _Context, block: Block) -> Exit | None:
+def _exit(target: int, context: _Context) -> Exit | None:
     if context.loop and target == context.loop[1]:
-        return Exit("break", context.loop[0], block=block)
+        return Exit("break", context.loop[0])
     if context.loop and target == context.loop[2]:
-        return Exit("continue", context.loop[0], block=block)
+        return Exit("continue", context.loop[0])
     if context.switch is not None and target == context.switch:
-        return Exit("leave", target, block=block)
+        return Exit("leave", target)
     return None
 
 
@@ -105,7 +104,7 @@ def _branch(function: Function, block: Block, target: int, context: _Context) ->
     if target in context.cases:
         context.fell.append(target)
         return edge
-    left = _exit(target, context, block)
+    left = _exit(target, context)
     return [*edge, left] if left else edge + _region(function, target, context)
 
 
@@ -124,7 +123,7 @@ def _region(function: Function, label: int, context: _Context, inside: bool = Fa
         end = block.end
         if end.op in ("Return", "ReturnValue", "Kill"):
             value = end.operands[0] if end.op == "ReturnValue" else 0
-            return [*nodes, Exit("return", 0, value, block)]
+            return [*nodes, Exit("return", 0, value)]
         if end.op == "Unreachable":
             return nodes
         if end.op == "Switch":
@@ -137,7 +136,7 @@ def _region(function: Function, label: int, context: _Context, inside: bool = Fa
             if target in context.cases:
                 context.fell.append(target)
                 return nodes
-            left = _exit(target, context, block)
+            left = _exit(target, context)
             if left:
                 return [*nodes, left]
             label = target
@@ -158,7 +157,7 @@ def _region(function: Function, label: int, context: _Context, inside: bool = Fa
 def _conditional_exit(function: Function, block: Block, context: _Context, nodes: list[Node]) -> tuple[int, bool]:
     """A condition without a merge: one way (or both) leaves the loop or ends the region."""
     condition, yes, no = block.end.operands[:3]
-    leaves = [target in context.end or _exit(target, context, block) is not None for target in (yes, no)]
+    leaves = [target in context.end or _exit(target, context) is not None for target in (yes, no)]
     if not any(leaves):
         raise SdfprtError("control flow without structure")
     then = _branch(function, block, yes, context) if leaves[0] else [Edge(block.label, yes)]

@@ -235,7 +235,8 @@ class _Writer:
         if not varying:
             return at, None, 0, 0
         if len(varying) == 1:
-            return at, *varying[0]
+            leaf, stride, count = varying[0]
+            return at, leaf, count, stride
         index = " + ".join(f"{leaf.name} * {stride}" for leaf, stride, _ in varying)
         reach = 1 + sum(stride * (count - 1) for _, stride, count in varying)
         return at, self.temp("i", False, index), reach, 1
@@ -339,8 +340,7 @@ class _Writer:
         return self.values[i.result]
 
     def _exit(self, node: Exit, mask: str, frame: _Frame) -> None:
-        assert node.block is not None
-        scope = self.facts.scopes[node.block.label]
+        scope = self.facts.exit_scopes[node]
         if node.kind == "return":
             together = not scope
             if node.value:

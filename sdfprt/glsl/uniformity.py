@@ -30,14 +30,16 @@ class Uniformity:
         self.varying: set[int] = set()
         self.varying_variables: set[int] = set()
         self.scopes: dict[int, frozenset] = {}
+        self.exit_scopes: dict[Exit, frozenset] = {}
         self.blended: set[Instruction] = set()
+        self._diverging: set[int] = set()  # headers of loops that lanes leave at different times
         self._local = {v.result for v in function.variables}
         self._blocks = {label: block.instructions for label, block in function.blocks.items()}
         self._roots = self._find_roots()
         self.tables = self._find_tables()
         self.crossing = self._find_crossing()
         known = -1
-        while known != (known := len(self.varying) + len(self.varying_variables)):
+        while known != (known := len(self.varying) + len(self.varying_variables) + len(self._diverging)):
             self._walk(self.tree, frozenset(), None)
             self._values()
             self._variables()
@@ -91,6 +93,8 @@ class Uniformity:
         for node in nodes:
             if isinstance(node, Straight):
                 self.scopes[node.block.label] = scope
+            elif isinstance(node, Exit):
+                self.exit_scopes[node] = scope
             elif isinstance(node, If):
                 if node.condition in self.varying:
                     key = node.block.label
@@ -106,30 +110,26 @@ class Uniformity:
                     if inner:
                         scope = scope | {(node.block.label, 2)}
             elif isinstance(node, Loop):
-                divergent = (node.header, 3) in self._loops_that_diverge
+                divergent = node.header in self._diverging
                 inside = scope | {(node.header, 3)} if divergent else scope
                 self._walk(node.body, inside, (node.header, inside))
                 self._walk(node.after, inside, (node.header, inside))
                 self.scopes[node.header] = inside
                 if any(
-                    self.scopes[e.block.label] != inside
+                    self.exit_scopes[e] != inside
                     for e in _exit_nodes([*node.body, *node.after])
-                    if e.kind == "break" and e.target == node.header and e.block is not None
+                    if e.kind == "break" and e.target == node.header
                 ):
-                    self._loops_that_diverge.add((node.header, 3))
-            elif not isinstance(node, Edge | Exit):
+                    self._diverging.add(node.header)
+            elif not isinstance(node, Edge):
                 for number, (_, case) in enumerate(node.cases.items()):
                     self._walk(case.body, scope | {(node.block.label, 4 + number)}, loop)
                 if any(kind != "return" for case in node.cases.values() for kind, target in exits(case.body) - {("leave", node.merge)}):
                     scope = scope | {(node.block.label, 2)}
 
-    @property
-    def _loops_that_diverge(self) -> set:
-        return self.__dict__.setdefault("_diverging", set())
-
     def _divergent_exits(self, nodes: list[Node], scope: frozenset) -> bool:
         return any(
-            e.kind != "return" and e.block is not None and self.scopes[e.block.label] != scope for e in _exit_nodes(nodes)
+            e.kind != "return" and self.exit_scopes[e] != scope for e in _exit_nodes(nodes)
         ) or any(e.kind == "continue" for e in _exit_nodes(nodes))
 
     def _values(self) -> None:

@@ -1,0 +1,39 @@
+// Sphere tracing of packets inside the bounds (Hart 1996), over-relaxed with the safe step to fall back on (Keinert 2014).
+struct Tracer : Simd {
+    // Where the line o + t d is inside the box: from `enter` to `leave`, empty where leave < enter
+    static inline CUDA_CALLABLE void clip(F ox, F oy, F oz, F dx, F dy, F dz, const float* box, F& enter, F& leave) {
+        const F tiny = splat(1e-12f);
+        const F ix = 1.0f / sel(lt(abs(dx), tiny), tiny, dx);
+        const F iy = 1.0f / sel(lt(abs(dy), tiny), tiny, dy);
+        const F iz = 1.0f / sel(lt(abs(dz), tiny), tiny, dz);
+        const F ax = (box[0] - ox) * ix, bx = (box[3] - ox) * ix;
+        const F ay = (box[1] - oy) * iy, by = (box[4] - oy) * iy;
+        const F az = (box[2] - oz) * iz, bz = (box[5] - oz) * iz;
+        enter = max(max(min(ax, bx), min(ay, by)), min(az, bz));
+        leave = min(min(max(ax, bx), max(ay, by)), max(az, bz));
+    }
+
+    // March live lanes from t towards `far`; true where the distance falls below `near`. t is where each lane stopped.
+    static inline CUDA_CALLABLE M march(F ox, F oy, F oz, F dx, F dy, F dz, F& t, F far, float near, float step,
+                                        float relaxation, int steps, M live) {
+        M hit = none();
+        F before = splat(0.0f), taken = splat(0.0f), omega = splat(relaxation);
+        live = live & lt(t, far);
+        for (int k = 0; k < steps; k++) {
+            if (!any(live)) break;
+            const F r = Scene::distance(fma(dx, t, ox), fma(dy, t, oy), fma(dz, t, oz), live) * step;
+            // The balls of this step and the one before do not touch: something may lie between, go back
+            const M gap = lt(splat(1.0f), omega) & lt(r + before, taken);
+            const M found = ~gap & lt(r, splat(near)) & live;
+            hit = hit | found;
+            live = live & ~found;
+            const F ahead = sel(gap, before - taken, omega * r);
+            t = sel(live, t + ahead, t);
+            taken = sel(gap, splat(0.0f), ahead);
+            before = sel(gap, splat(0.0f), r);
+            omega = sel(gap, splat(1.0f), omega);
+            live = live & lt(t, far);
+        }
+        return hit | live;  // what is still under way after so many steps grazes a surface
+    }
+};

@@ -1,0 +1,88 @@
+"""Transfer: cosine-weighted visibility in SH, T_i = integral of V(p,w) max(n.w, 0) y_i(w) dw (learnt transfer, Eq. 2)."""
+
+from math import factorial, pi, sqrt
+
+import numpy as np
+import warp as wp
+from jaxtyping import Float
+from numpy import ndarray
+
+from sdfprt import native, settings, sh
+from sdfprt.errors import SdfprtError
+from sdfprt.progress import track
+from sdfprt.scene import Scene
+from sdfprt.trace import box_array
+
+_CHUNK = 16_384  # points a launch
+MAX_BANDS = 8
+
+
+def _norms(bands: int) -> ndarray:
+    """Factor of P_l^m in y_lm, at index l(l+1)+m for m >= 0; sqrt(2) of the real basis included."""
+    norms = np.zeros(bands * bands, np.float32)
+    for degree in range(bands):
+        for m in range(degree + 1):
+            scale = sqrt((2 * degree + 1) / (4 * pi) * factorial(degree - m) / factorial(degree + m))
+            norms[degree * (degree + 1) + m] = scale * (sqrt(2) if m else 1)
+    return norms
+
+
+def compute_transfer(
+    scene: Scene,
+    points: Float[ndarray, "n 3"],
+    normals: Float[ndarray, "n 3"],
+    bands: int = settings.Transfer.bands,
+    rays: int = settings.Transfer.rays,
+    seed: int = 0,
+    shadowed: bool = True,
+    start: int = 0,
+) -> Float[ndarray, "n k"]:
+    """Cosine-weighted visibility in SH at surface points, k = bands**2.
+
+    Points lie on the surface to within settings.Surface.tolerance; normals have unit length. `shadowed=False` leaves
+    visibility out (Gentle Introduction to PRT, 6.2.6.1). Same seed, same array; `start` is the number of the first point, so
+    that parts of a whole join without a seam. Raises SdfprtError for shapes that differ and for values that are not finite.
+    """
+    points, normals = np.asarray(points, np.float32), np.asarray(normals, np.float32)
+    if points.shape != normals.shape or points.ndim != 2 or points.shape[1] != 3:
+        raise SdfprtError(f"compute_transfer: points {points.shape} and normals {normals.shape}; both must be (N, 3)")
+    if not 1 <= bands <= MAX_BANDS:
+        raise SdfprtError(f"compute_transfer: bands must be 1 to {MAX_BANDS}, not {bands}")
+    if rays < 1:
+        raise SdfprtError(f"compute_transfer: rays must be 1 or more, not {rays}")
+    if not (np.isfinite(points).all() and np.isfinite(normals).all()):
+        raise SdfprtError(f"{scene.file}: points or normals are not finite")
+    flat = wp.array(dtype=float)
+    kernel = native.build(
+        scene.native,
+        ("trace.h", "transfer.h"),
+        {
+            "points": flat, "normals": flat, "out": flat, "box": flat, "norms": flat, "bands": int, "rays": int,
+            "seed": int, "start": int, "shadowed": int, "offset": float, "near": float, "step": float,
+            "relaxation": float, "steps": int,
+        },
+    )  # fmt: skip
+    result = np.empty((len(points), bands * bands), np.float32)
+    norms = wp.array(_norms(bands), dtype=float, device="cpu")
+    size = scene.diagonal
+    limits = [settings.Trace.lift * size, settings.Trace.epsilon * size, scene.step, settings.Trace.relaxation]
+    with track("transfer", len(points)) as advance:
+        for first in range(0, len(points), _CHUNK):
+            part = slice(first, min(first + _CHUNK, len(points)))
+            count = part.stop - first
+            out = wp.empty(count * bands * bands, dtype=float, device="cpu")
+            arrays = [wp.array(x[part].ravel(), dtype=float, device="cpu") for x in (points, normals)]
+            fixed = [out, box_array(scene), norms, bands, rays, seed, start + first, int(shadowed)]
+            native.launch(kernel, count, [*arrays, *fixed, *limits, settings.Trace.steps])
+            result[part] = out.numpy().reshape(count, -1)
+            advance(count)
+    if not np.isfinite(result).all():
+        raise SdfprtError(f"{scene.file}: transfer is not finite; does the SDF give NaN? `sdfprt check` counts them")
+    return result
+
+
+def unshadowed(normals: Float[ndarray, "n 3"], bands: int) -> Float[ndarray, "n k"]:
+    """Closed form without visibility: the clamped cosine about each normal (Ramamoorthi and Hanrahan 2001)."""
+    degree = sh.band_of(bands)
+    zonal = sh.cosine_zonal(bands) * np.sqrt(4 * np.pi / (2 * np.arange(bands) + 1))
+    return sh.basis(normals, bands) * zonal[degree]

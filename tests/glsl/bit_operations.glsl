@@ -1,0 +1,1 @@
+float map(vec3 p) { uint a = floatBitsToUint(p.x); int b = floatBitsToInt(p.y); return float(bitCount(a)) + float(findLSB(b)) + float(findMSB(a)) + float(bitfieldExtract(b, 3, 9)) + float(bitfieldReverse(a) >> 20) + float(bitfieldInsert(a, 5u, 4, 6) & 0xffu) + intBitsToFloat(b) + uintBitsToFloat(a & 0xfffff000u); }

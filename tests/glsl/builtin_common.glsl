@@ -1,0 +1,1 @@
+float map(vec3 p) { p *= 3.0; return abs(p.x) + sign(p.y) + floor(p.z) + trunc(p.x) + ceil(p.y) + fract(p.z) + mod(p.x, 0.7) + min(p.x, p.y) + max(p.y, p.z) + clamp(p.x, -.5, .5) + mix(p.x, p.y, .3) + step(.2, p.z) + smoothstep(-.5, 1.5, p.x) + fma(p.x, p.y, p.z) + mod(p, vec3(1.3)).y + roundEven(p.y + .1); }

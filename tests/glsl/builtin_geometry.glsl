@@ -1,0 +1,1 @@
+float map(vec3 p) { vec3 n = normalize(vec3(.3, .8, .5)), i = normalize(p + vec3(.01, 2, 0)); return length(p) + distance(p, n) + dot(p, n) + cross(p, n).y + normalize(p + 2.0).z + faceforward(n, p, n).x + reflect(i, n).y + refract(i, n, .7).x + refract(i, n, 1.6).z; }

@@ -1,0 +1,1 @@
+float map(vec3 p) { bvec3 a = lessThan(p, p.yzx), b = greaterThanEqual(p, vec3(.1)); return float(any(a)) + 2. * float(all(b)) + 4. * float(any(not(b))) + 8. * float(any(equal(ivec3(p * 4.), ivec3(1)))) + float(a.x != b.y); }

@@ -1,0 +1,1 @@
+float map(vec3 p) { vec3 z = p; float dr = 1.0, r = 0.0; for (int i = 0; i < 6; i++) { r = length(z); if (r > 2.0) break; float th = acos(z.z / r) * 8.0, ph = atan(z.y, z.x) * 8.0; dr = pow(r, 7.0) * 8.0 * dr + 1.0; z = pow(r, 8.0) * vec3(sin(th) * cos(ph), sin(ph) * sin(th), cos(th)) + p; } return 0.5 * log(r) * r / dr; }

@@ -1,0 +1,1 @@
+float map(vec3 p) { int i = int(p.x * 7.9); uint u = uint(abs(p.y) * 7.9); bool b = bool(i); float f = float(u) + float(b) + float(uint(i + 10)); ivec2 v = ivec2(p.xy * 5.); vec2 w = vec2(v) + vec2(bvec2(v)); return f + w.x * .3 + w.y + float(int(true)) + float(int(u) - 3); }

@@ -1,0 +1,1 @@
+float map(vec3 p) { float s = 1.0; for (int i = 0; i < 7; i++) { p = abs(p); if (p.x < p.y) p.xy = p.yx; if (p.x < p.z) p.xz = p.zx; if (p.y < p.z) p.yz = p.zy; p = p * 3.0 - vec3(2, 2, 2); if (p.z < -1.0) p.z += 2.0; s *= 3.0; } return (length(max(abs(p) - 1.0, 0.0)) - 0.05) / s; }

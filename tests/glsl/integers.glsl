@@ -1,0 +1,1 @@
+float map(vec3 p) { int a = int(p.x * 50.), b = int(p.y * 9.) + 12, c = a / b + (abs(a) % b) - (a << 2) + (a >> 1); c ^= a & 13 | 5; c = ~c; ivec3 v = ivec3(p * 20.); v = clamp(abs(v), ivec3(2), ivec3(15)); return float(c) * .01 + float(v.x + min(v.y, 7) * max(v.z, 3)) + float(sign(a)); }

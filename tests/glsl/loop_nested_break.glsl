@@ -1,0 +1,1 @@
+float map(vec3 p) { float d = 0.0; for (int i = 0; i < 5; i++) { for (int j = 0; j < 5; j++) { if (float(j) * 0.3 > abs(p.y) + 0.1) break; if (float(i * j) > 6.0 * abs(p.z)) continue; d += 0.1; } if (d > 1.0 + p.x) break; } return d; }

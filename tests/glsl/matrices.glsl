@@ -1,0 +1,1 @@
+float map(vec3 p) { mat3 m = mat3(1.0); m[1][2] = p.x; m[0] = p; vec3 a = m * p, b = p * m; mat2 r = mat2(1, 2, 3, 4); p.xz *= r; mat3 t = transpose(m) * m; mat4 w = mat4(m); return a.x + b.y + p.z + t[2][1] + determinant(m + 2.0 * mat3(1)) + w[3][3] + dot(outerProduct(p, a)[1], b); }

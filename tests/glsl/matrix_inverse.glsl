@@ -1,0 +1,1 @@
+float map(vec3 p) { mat3 m = mat3(2, p.x * .3, 0, .1, 3, p.y * .2, 0, .3, 2.5); mat2 a = mat2(2, .3, p.z * .2, 1.5); mat4 b = mat4(2, .1, 0, .2, .3, 3, .1, p.x * .3, 0, .2, 2, .1, .1, 0, .3, 2.5); vec3 v = inverse(m) * p; return v.x + v.y + (inverse(a) * p.xy).x + (inverse(b) * vec4(p, 1)).w + determinant(b) * .1; }

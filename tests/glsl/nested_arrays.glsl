@@ -1,0 +1,1 @@
+float map(vec3 p) { float m[2][3]; for (int i = 0; i < 2; i++) for (int j = 0; j < 3; j++) m[i][j] = p[j] * float(i + 1); int a = p.x > 0. ? 1 : 0, b = p.y > 0. ? 2 : 1; return m[a][b] + m[1 - a][0]; }

@@ -1,0 +1,1 @@
+float map(vec3 p) { vec3 n = normalize(p - p); float a = pow(-1.0 - abs(p.x), 0.5); float t[3] = float[3](1., 2., 3.); float c = t[int(p.x * 0.0) + 2]; return (n.x == n.x ? 0.0 : 0.0) + (a == a ? 0.0 : 0.0) + c; }

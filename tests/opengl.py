@@ -1,0 +1,40 @@
+"""What OpenGL says: a scene's distance at many points, by a fragment shader on the machine's driver."""
+
+import functools
+
+import moderngl
+import numpy as np
+
+from sdfprt.scene import Scene
+
+
+@functools.cache
+def context() -> moderngl.Context:
+    return moderngl.create_context(standalone=True, backend="egl", require=430)  # type: ignore[call-arg]
+
+
+def distance(scene: Scene, points: np.ndarray) -> np.ndarray:
+    """(N,) distances at (N, 3) points, by the GLSL itself."""
+    ctx = context()
+    fragment = f"""#version 430
+        uniform sampler2D sdfprt_points;
+        out float sdfprt_result;
+        float sdfprt_distance(vec3 p);
+        void main() {{ sdfprt_result = sdfprt_distance(texelFetch(sdfprt_points, ivec2(gl_FragCoord.xy), 0).xyz); }}
+        {scene.shader_source}"""
+    vertex = "#version 430\nvoid main() { gl_Position = vec4(gl_VertexID % 2 * 4 - 1, gl_VertexID / 2 * 4 - 1, 0, 1); }"
+    program = ctx.program(vertex_shader=vertex, fragment_shader=fragment)
+    rows = -(-len(points) // 64)
+    padded = np.zeros((rows * 64, 3), np.float32)
+    padded[: len(points)] = points
+    source = ctx.texture((64, rows), 3, padded.tobytes(), dtype="f4")
+    target = ctx.texture((64, rows), 1, dtype="f4")
+    frame = ctx.framebuffer([target])
+    frame.use()
+    source.use(0)
+    triangle = ctx.vertex_array(program, [])
+    triangle.render(moderngl.TRIANGLES, vertices=3)
+    result = np.frombuffer(target.read(), np.float32)[: len(points)].copy()
+    for thing in (triangle, frame, source, target, program):
+        thing.release()
+    return result

@@ -112,7 +112,7 @@ class Scene:
     def native_colour(self) -> str:
         """C++ structs Albedo and Exponent: `value(x, y, z, nx, ny, nz, live, out…)`; empty where the file has neither."""
         parts = []
-        for name, kind, outputs in (("albedo", "vec3", ("r", "g", "b")), ("exponent", "float", ("s",))):
+        for name, kind, outputs in (("albedo", "vec3", ("red", "green", "blue")), ("exponent", "float", ("s",))):
             if getattr(self, f"has_{name}"):
                 spirv = compile_glsl(field_module(self.prepared.text, name, kind), file=self.file)
                 parts.append(_native(spirv, name.title(), ("x", "y", "z", "nx", "ny", "nz"), "value", outputs))

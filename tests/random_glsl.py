@@ -1,7 +1,8 @@
 """Random well-typed GLSL programs, `float program(vec3 p)` each, for comparing two implementations of the language.
 
 Values stay tame (sums are scaled, divisors kept from zero) and thresholds are shifted off round numbers, so that rounding
-rarely decides a branch: two correct implementations agree but for a few points.
+rarely decides a branch: two correct implementations agree but for a few points. asin and acos are left out: OpenGL allows
+them large errors, and drivers make them (4e-4 seen).
 """
 
 import random
@@ -104,7 +105,6 @@ class Writer:
             lambda: f"step({e()}, {e()} + 0.0137)",
             lambda: f"mod({e()} + 0.0137, 1.3)",
             lambda: f"atan({e()}, abs({e()}) + 0.3)",
-            lambda: f"{self.pick('asin', 'acos')}(clamp({e()}, -0.95, 0.95))",
             lambda: f"length({e(vector)}) * 0.5",
             lambda: f"dot({e(vector)}, {e(vector)}) * 0.3",
             lambda: f"distance({e(vector)}, {e(vector)}) * 0.5",
@@ -173,7 +173,9 @@ class Writer:
             lambda: f"({e('uint')} {self.pick('<', '>', '==', '!=')} {e('uint')})",
             lambda: f"({e()} {self.pick('&&', '||', '^^')} {e()})",
             lambda: f"!{e()}",
-            lambda: f"{self.pick('any', 'all')}({self.pick('lessThan', 'greaterThan')}({e('vec3')}, {e('vec3')} + 0.0137))",
+            lambda: (
+                f"{self.pick('any', 'all')}({self.pick('lessThan', 'greaterThan')}({e('vec3')}, {e('vec3')} + 0.0137))"
+            ),
             lambda: f"({e('ivec2')} {self.pick('==', '!=')} {e('ivec2')})",
             lambda: f"({e('bool')} ? {e()} : {e()})",
         ]
@@ -293,7 +295,11 @@ class Writer:
         elif kind in ("int", "uint") and self.random.random() < 0.3:
             self.lines.append(f"{name}{self.pick('++', '--')};")
         elif kind == "float" and self.random.random() < 0.3:
-            value = self.pick(f"{array}[{self.index(5)}]", f"{self.prefix}global", f"{self.prefix}helper({self.expression('float', 1)}, {name})")
+            value = self.pick(
+                f"{array}[{self.index(5)}]",
+                f"{self.prefix}global",
+                f"{self.prefix}helper({self.expression('float', 1)}, {name})",
+            )
             self.lines.append(f"{name} = {value};")
         else:
             self.lines.append(f"{name} = {self.expression(kind, 3)};")
@@ -331,7 +337,9 @@ class Writer:
         self.scopes.append({})
         counter = self.new("int")
         self.fixed.add(counter)
-        bound = self.pick(str(self.random.randint(1, 5)), f"(2 + ({self.expression('int', 1).replace(counter, '3')} & 3))")
+        bound = self.pick(
+            str(self.random.randint(1, 5)), f"(2 + ({self.expression('int', 1).replace(counter, '3')} & 3))"
+        )
         form = self.pick("for", "while", "do")
         if form == "for":
             self.lines.append(f"for (int {counter} = 0; {counter} < {bound}; {counter}++) {{")

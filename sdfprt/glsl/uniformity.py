@@ -8,7 +8,7 @@ given uniform values only. Starting from "all is uniform", what is not is found 
 from __future__ import annotations
 
 from sdfprt.glsl.spirv import Function, Instruction, Module
-from sdfprt.glsl.structure import Edge, Exit, If, Loop, Node, Straight, exits, structure
+from sdfprt.glsl.structure import Edge, Exit, If, Loop, Node, Straight, Switch, exits, structure
 
 # Instructions that C++ scalars can do as well as vectors
 _SCALAR = {
@@ -30,6 +30,9 @@ class Uniformity:
         self.varying: set[int] = set()
         self.varying_variables: set[int] = set()
         self.scopes: dict[int, frozenset] = {}
+        self._loops: dict[int, tuple[int, ...]] = {}  # headers of the loops around a block
+        self._paths: dict[int, frozenset] = {}
+        self._key_loops: dict[tuple[int, int], tuple[int, ...]] = {}
         self.exit_scopes: dict[Exit, frozenset] = {}
         self.blended: set[Instruction] = set()
         self._diverging: set[int] = set()  # headers of loops that lanes leave at different times
@@ -40,7 +43,7 @@ class Uniformity:
         self.crossing = self._find_crossing()
         known = -1
         while known != (known := len(self.varying) + len(self.varying_variables) + len(self._diverging)):
-            self._walk(self.tree, frozenset(), None)
+            self._walk(self.tree, frozenset(), (), frozenset())
             self._values()
             self._variables()
         self.uniform_variables = self._local - self.varying_variables
@@ -88,49 +91,57 @@ class Uniformity:
                     found.add(o)
         return found
 
-    def _walk(self, nodes: list[Node], scope: frozenset, loop: tuple[int, frozenset] | None) -> None:
-        """Give every block its scope, with what is known to vary so far."""
+    def _walk(self, nodes: list[Node], scope: frozenset, loops: tuple[int, ...], path: frozenset) -> None:
+        """Give every block its scope, its loops and its path (all branches, divergent or not), by what is known so far."""
         for node in nodes:
             if isinstance(node, Straight):
-                self.scopes[node.block.label] = scope
+                self._place(node.block.label, scope, loops, path)
             elif isinstance(node, Exit):
                 self.exit_scopes[node] = scope
             elif isinstance(node, If):
-                if node.condition in self.varying:
-                    key = node.block.label
-                    self._walk(node.then, scope | {(key, 0)}, loop)
-                    self._walk(node.otherwise, scope | {(key, 1)}, loop)
-                    if any(kind != "return" for kind, _ in exits(node.then) | exits(node.otherwise)):
-                        scope = scope | {(key, 2)}
-                else:
-                    self._walk(node.then, scope, loop)
-                    self._walk(node.otherwise, scope, loop)
+                key, both = node.block.label, [*node.then, *node.otherwise]
+                divergent = node.condition in self.varying
+                for side, branch in enumerate((node.then, node.otherwise)):
+                    inside = self._key(scope, (key, side), loops) if divergent else scope
+                    self._walk(branch, inside, loops, path | {(key, side)})
+                if any(kind != "return" for kind, _ in exits(both)):
+                    path = path | {(key, 2)}
                     # Exits deeper inside may diverge even where this condition does not
-                    inner = self._divergent_exits([*node.then, *node.otherwise], scope)
-                    if inner:
-                        scope = scope | {(node.block.label, 2)}
+                    if divergent or self._divergent_exits(both, scope):
+                        scope = self._key(scope, (key, 2), loops)
             elif isinstance(node, Loop):
                 divergent = node.header in self._diverging
-                inside = scope | {(node.header, 3)} if divergent else scope
-                self._walk(node.body, inside, (node.header, inside))
-                self._walk(node.after, inside, (node.header, inside))
-                self.scopes[node.header] = inside
+                inside = self._key(scope, (node.header, 3), loops) if divergent else scope
+                around, way = (*loops, node.header), path | {(node.header, 3)}
+                self._walk(node.body, inside, around, way)
+                self._walk(node.after, inside, around, way)
+                self._place(node.header, inside, around, way)
                 if any(
                     self.exit_scopes[e] != inside
                     for e in _exit_nodes([*node.body, *node.after])
                     if e.kind == "break" and e.target == node.header
                 ):
                     self._diverging.add(node.header)
-            elif not isinstance(node, Edge):
-                for number, (_, case) in enumerate(node.cases.items()):
-                    self._walk(case.body, scope | {(node.block.label, 4 + number)}, loop)
-                if any(kind != "return" for case in node.cases.values() for kind, target in exits(case.body) - {("leave", node.merge)}):
-                    scope = scope | {(node.block.label, 2)}
+            elif isinstance(node, Switch):
+                key = node.block.label
+                for number, case in enumerate(node.cases.values(), 4):
+                    self._walk(case.body, self._key(scope, (key, number), loops), loops, path | {(key, number)})
+                leaving = {e for case in node.cases.values() for e in exits(case.body)} - {("leave", node.merge)}
+                if any(kind != "return" for kind, _ in leaving):
+                    scope, path = self._key(scope, (key, 2), loops), path | {(key, 2)}
+
+    def _place(self, label: int, scope: frozenset, loops: tuple[int, ...], path: frozenset) -> None:
+        self.scopes[label], self._loops[label], self._paths[label] = scope, loops, path
+
+    def _key(self, scope: frozenset, key: tuple[int, int], loops: tuple[int, ...]) -> frozenset:
+        """The scope inside one more divergent branch, which lies in `loops`."""
+        self._key_loops[key] = loops
+        return scope | {key}
 
     def _divergent_exits(self, nodes: list[Node], scope: frozenset) -> bool:
-        return any(
-            e.kind != "return" and self.exit_scopes[e] != scope for e in _exit_nodes(nodes)
-        ) or any(e.kind == "continue" for e in _exit_nodes(nodes))
+        return any(e.kind != "return" and self.exit_scopes[e] != scope for e in _exit_nodes(nodes)) or any(
+            e.kind == "continue" for e in _exit_nodes(nodes)
+        )
 
     def _values(self) -> None:
         for parameter in self.function.parameters:
@@ -167,33 +178,64 @@ class Uniformity:
         return []
 
     def _variables(self) -> None:
-        loads: dict[int, list[frozenset]] = {}
-        stores: list[tuple[int, frozenset, Instruction]] = []
-        everywhere: frozenset = frozenset()
+        loads: dict[int, list[int]] = {}  # root -> labels of the blocks that read it
+        stores: list[tuple[int, int, Instruction]] = []
+        births = self._births()
         for label, i in self._all():
             if label not in self.scopes:
                 continue
-            scope = self.scopes[label]
             if i.op == "Load":
-                loads.setdefault(self._roots[i.operands[0]], []).append(scope)
+                loads.setdefault(self._roots[i.operands[0]], []).append(label)
             elif i.op == "Store":
-                stores.append((self._roots[i.operands[0]], scope, i))
-                if i.operands[0] not in self._local:
-                    self.varying_variables.add(self._roots[i.operands[0]])
-                if i.operands[1] in self.varying:
-                    self.varying_variables.add(self._roots[i.operands[0]])
+                root = self._roots[i.operands[0]]
+                stores.append((root, label, i))
+                if i.operands[0] not in self._local or i.operands[1] in self.varying:
+                    self.varying_variables.add(root)
             elif i.op in ("FunctionCall", "CopyMemory", "ExtInst"):
                 for o in i.operands:
                     if o in self._roots:
                         self.varying_variables.add(self._roots[o])
-                        loads.setdefault(self._roots[o], []).append(scope)
+                        loads.setdefault(self._roots[o], []).append(label)
         self.blended = set()
-        for root, scope, store in stores:
-            shared = root not in self._local  # a global or a parameter: its other readers are not seen here
-            seen = [everywhere] if shared else loads.get(root, [])
-            if (shared and not self._is_entry()) or any(not scope <= other for other in seen):
+        for root, label, store in stores:
+            # Other readers of a global or a parameter are not seen here
+            shared = root not in self._local
+            if shared:
+                blend = not self._is_entry() or bool(self.scopes[label])
+            else:
+                blend = any(self._spares(label, reader, births.get(root, ())) for reader in loads.get(root, []))
+            if blend:
                 self.blended.add(store)
                 self.varying_variables.add(root)
+
+    def _births(self) -> dict[int, tuple[int, ...]]:
+        """Variables whose every access follows one whole store: the loops around it, so each turn has a new variable."""
+        first: dict[int, tuple[int, bool]] = {}
+        others: dict[int, list[int]] = {}
+        for label, i in self._all():
+            for o in i.operands:
+                root = self._roots.get(o)
+                if root in self._local and label in self._paths:
+                    whole = i.op == "Store" and o == root == i.operands[0]
+                    if root not in first:
+                        first[root] = (label, whole)
+                    others.setdefault(root, []).append(label)
+        return {
+            root: self._loops[label]
+            for root, (label, whole) in first.items()
+            if whole and all(self._paths[label] <= self._paths[other] for other in others[root])
+        }
+
+    def _spares(self, writer: int, reader: int, birth: tuple[int, ...]) -> bool:
+        """Whether lanes that are not here when block `writer` stores may read the variable in block `reader`."""
+        if not self.scopes[writer] <= self.scopes[reader]:
+            return True
+        # The same branch in another turn of a loop holds other lanes, unless each turn has its own variable
+        for key in self.scopes[writer]:
+            carrying = [loop for loop in self._key_loops[key] if loop not in birth]
+            if any(loop in self._loops[reader] for loop in carrying):
+                return True
+        return False
 
     def _is_entry(self) -> bool:
         return self.function.result == self.module.entry

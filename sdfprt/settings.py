@@ -37,6 +37,15 @@ class Network:
 
 
 @dataclass(frozen=True)
+class Fit:
+    steps: int = 4000  # of the optimizer
+    batch: int = 1024  # samples a step
+    rate: float = 0.02  # peak of the one cycle, matrices (Muon)
+    bias_share: float = 0.25  # rate of the biases (Adam), of that
+    seconds: float = 5.0  # between checkpoints
+
+
+@dataclass(frozen=True)
 class Render:
     width: int = 512
     height: int = 512
@@ -51,6 +60,11 @@ class Reference:
 
 
 @dataclass(frozen=True)
+class Exact:
+    rays: int = 4096  # a pixel
+
+
+@dataclass(frozen=True)
 class Material:
     albedo: tuple[float, float, float] = (0.5, 0.5, 0.5)
     specular: tuple[float, float, float] = (1.0, 1.0, 1.0)
@@ -60,3 +74,12 @@ class Material:
 @dataclass(frozen=True)
 class Camera:
     fov: float = 40.0  # vertical, degrees
+
+
+@dataclass(frozen=True)
+class Fit:
+    steps: int = 6000
+    batch: int = 2048
+    rate: float = 1e-2  # of Muon and Adam alike, at the top of the cosine
+    threads: int = 2  # of torch on the CPU
+    checkpoint: int = 500  # steps between two

@@ -1,0 +1,122 @@
+"""Exact transfer: transfer by ray casting at every pixel's hit point, then the very SH shading of the shader.
+
+Against `render` the difference is the network's error; against `reference` it is the truncation of the SH.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import warp as wp
+from jaxtyping import Bool, Float
+from numpy import ndarray
+
+from sdfprt import native, settings, shading
+from sdfprt.camera import Camera
+from sdfprt.light import Light
+from sdfprt.material import Material
+from sdfprt.network import TransferNet
+from sdfprt.scene import Scene
+from sdfprt.trace import GBuffer, gbuffer
+from sdfprt.transfer import compute_transfer
+
+_LANES = 16  # as in kernels/simd.h
+
+
+@dataclass(frozen=True)
+class View:
+    """Hit points of a camera and their transfer, to be lit as often as wanted."""
+
+    scene: Scene
+    seen: GBuffer
+    transfer: Float[ndarray, "n k"]
+
+    @property
+    def mask(self) -> Bool[ndarray, "h w"]:
+        return self.seen.mask
+
+    def shade(
+        self, light: Light, material: Material, light_bands: int | None = None, result_bands: int | None = None
+    ) -> Float[ndarray, "h w 3"]:
+        """Linear radiance, black where nothing is hit; light and result bands default to the transfer's."""
+        bands = round(self.transfer.shape[1] ** 0.5)
+        albedo, exponent = colours(self.scene, self.seen.points, self.seen.normals)
+        values = shading.shade(
+            self.transfer,
+            self.seen.normals,
+            -self.seen.directions,
+            light.sh(light_bands or bands),
+            material,
+            result_bands or bands,
+            albedo,
+            exponent,
+        )
+        picture = np.zeros((*self.mask.shape, 3), np.float32)
+        picture[self.mask] = values
+        return picture
+
+    def cut(self, bands: int) -> "View":
+        """The same view with fewer bands."""
+        return View(self.scene, self.seen, self.transfer[:, : bands**2])
+
+    def predicted(self, net: TransferNet) -> "View":
+        """The same hit points with a network's transfer."""
+        return View(self.scene, self.seen, net.predict(self.seen.points, self.seen.normals))
+
+
+def view(
+    scene: Scene,
+    camera: Camera | None = None,
+    size: tuple[int, int] = (settings.Render.width, settings.Render.height),
+    bands: int = settings.Transfer.bands,
+    rays: int = settings.Exact.rays,
+    samples: int = 1,
+    seed: int = 0,
+) -> View:
+    """Trace the camera's rays and cast `rays` from each hit; size is (W, H)."""
+    seen = gbuffer(scene, camera or scene.camera, size, samples)
+    return View(scene, seen, compute_transfer(scene, seen.points, seen.normals, bands=bands, rays=rays, seed=seed))
+
+
+def exact(
+    scene: Scene,
+    light: Light,
+    material: Material | None = None,
+    camera: Camera | None = None,
+    size: tuple[int, int] = (settings.Render.width, settings.Render.height),
+    samples: int = settings.Render.samples,
+    bands: int = settings.Transfer.bands,
+    rays: int = settings.Exact.rays,
+    light_bands: int | None = None,
+    result_bands: int | None = None,
+) -> Float[ndarray, "h w 3"]:
+    """What `render` would show if its network made no error: (H, W, 3), linear radiance, black where nothing is hit."""
+    fine = view(scene, camera, size, bands, rays, samples).shade(
+        light, material or scene.material, light_bands, result_bands
+    )
+    return fine.reshape(size[1], samples, size[0], samples, 3).mean(axis=(1, 3))
+
+
+def thumbnail(scene: Scene, size: int = 256) -> Float[ndarray, "h w 3"]:
+    """A quick picture with soft shadows: the scene's own camera and material in the library's afternoon."""
+    return exact(scene, Light.load("sky_afternoon"), size=(size, size), rays=64)
+
+
+def colours(
+    scene: Scene, points: Float[ndarray, "n 3"], normals: Float[ndarray, "n 3"]
+) -> tuple[Float[ndarray, "n 3"] | None, Float[ndarray, "n"] | None]:
+    """Albedo and exponent at the points where the scene's file gives them, else None."""
+    if not (scene.has_albedo or scene.has_exponent):
+        return None, None
+    count = len(points)
+    packets = -(-count // _LANES)
+    rows = np.zeros((packets * _LANES, 6), np.float32)
+    rows[:count] = np.concatenate([points, normals], axis=1)
+    flat = wp.array(dtype=float)
+    body = (
+        f"#define SDFPRT_HAS_ALBEDO {int(scene.has_albedo)}\n#define SDFPRT_HAS_EXPONENT {int(scene.has_exponent)}\n"
+    )
+    kernel = native.build(body + scene.native_colour, ("colour.h",), {"rows": flat, "out": flat})
+    out = wp.zeros(4 * len(rows), dtype=float, device="cpu")
+    native.launch(kernel, packets, [wp.array(rows.ravel(), dtype=float, device="cpu"), out])
+    values = out.numpy().reshape(-1, 4)[:count]
+    return (values[:, :3] if scene.has_albedo else None), (values[:, 3] if scene.has_exponent else None)

@@ -93,6 +93,20 @@ class Module:
     type_of: dict[int, int]  # result id -> type id
     entry: int
 
+    def leaves(self, type_id: int) -> list[str]:
+        """Kinds (f, i, u, b) of the scalars that a type holds, in order."""
+        kind = self.types[type_id]
+        scalar = {"float": "f", "int": "i", "uint": "u", "bool": "b"}.get(kind.kind)
+        if scalar:
+            return [scalar]
+        if kind.kind in ("vector", "matrix", "array"):
+            return self.leaves(kind.members[0]) * kind.count
+        if kind.kind == "struct":
+            return [leaf for member in kind.members for leaf in self.leaves(member)]
+        if kind.kind == "void":
+            return []
+        raise SdfprtError(f"an SDF cannot use a GLSL value of type {kind.kind}")
+
 
 def _string(words: np.ndarray) -> str:
     return words.tobytes().split(b"\0")[0].decode("utf-8", "replace")

@@ -65,17 +65,7 @@ class Translator:
 
     def leaves(self, type_id: int) -> list[str]:
         """Kinds (f, i, u, b) of the scalars that a type holds, in order."""
-        kind = self.module.types[type_id]
-        scalar = {"float": "f", "int": "i", "uint": "u", "bool": "b"}.get(kind.kind)
-        if scalar:
-            return [scalar]
-        if kind.kind in ("vector", "matrix", "array"):
-            return self.leaves(kind.members[0]) * kind.count
-        if kind.kind == "struct":
-            return [leaf for member in kind.members for leaf in self.leaves(member)]
-        if kind.kind == "void":
-            return []
-        raise SdfprtError(f"an SDF cannot use a GLSL value of type {kind.kind}")
+        return self.module.leaves(type_id)
 
     def member(self, type_id: int, index: int) -> tuple[int, int]:
         """(type, offset in leaves) of a member of a composite."""
@@ -184,7 +174,7 @@ class _Writer:
         pointee = self.owner.pointee(v.type)
         kinds = tuple(self.owner.leaves(pointee))
         table = self.facts.tables.get(v.result)
-        if table is not None and len(set(kinds)) == 1 and kinds[0] in "fi":
+        if table is not None:
             storage = Storage(f"v{v.result}", kinds, "table")
             values = ", ".join(leaf.name for leaf in self.owner.constants[table])
             self.hoisted.append(f"static const {_C_UNIFORM[kinds[0]]} {storage.name}[] = {{{values}}};")

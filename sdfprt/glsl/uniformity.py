@@ -36,7 +36,10 @@ class Uniformity:
         self.exit_scopes: dict[Exit, frozenset] = {}
         self.blended: set[Instruction] = set()
         self._diverging: set[int] = set()  # headers of loops that lanes leave at different times
-        self._local = {v.result for v in function.variables}
+        kinds = {v.result: module.leaves(module.types[v.type].members[0]) for v in function.variables}
+        self._local = set(kinds)
+        self._tabular = {v for v, k in kinds.items() if set(k) in ({"f"}, {"i"})}
+        self.varying_variables |= {v for v, k in kinds.items() if len(k) != 1}  # only scalars are kept as C++ scalars
         self._blocks = {label: block.instructions for label, block in function.blocks.items()}
         self._roots = self._find_roots()
         self.tables = self._find_tables()
@@ -61,7 +64,7 @@ class Uniformity:
         return roots
 
     def _find_tables(self) -> dict[int, int]:
-        """Variables stored once, whole, with a constant, and else only read: variable -> constant."""
+        """Variables of floats or ints stored once, whole, with a constant, and else only read: variable -> constant."""
         stored: dict[int, list[int]] = {v: [] for v in self._local}
         spoiled: set[int] = set()
         indexed: set[int] = set()
@@ -77,7 +80,7 @@ class Uniformity:
         return {
             v: values[0]
             for v, values in stored.items()
-            if len(values) == 1 and values[0] in self.module.constants and v not in spoiled and v in indexed
+            if len(values) == 1 and values[0] in self.module.constants and v in self._tabular & indexed - spoiled
         }
 
     def _find_crossing(self) -> set[int]:

@@ -15,9 +15,10 @@ if TYPE_CHECKING:
     from sdfprt.bake import bake
     from sdfprt.camera import Camera
     from sdfprt.errors import GlslError, SdfprtError
+    from sdfprt.fit import fit_transfer
     from sdfprt.light import Light
     from sdfprt.material import Diffuse, DiffusePhong, Phong
-    from sdfprt.network import TransferNet, fit_transfer
+    from sdfprt.network import TransferNet
     from sdfprt.reference import reference
     from sdfprt.render import render
     from sdfprt.scene import Scene
@@ -59,7 +60,7 @@ _HOME = {
     "TransferNet": "network",
     "bake": "bake",
     "compute_transfer": "transfer",
-    "fit_transfer": "network",
+    "fit_transfer": "fit",
     "reference": "reference",
     "render": "render",
     "sample_surface": "surface",

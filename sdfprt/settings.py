@@ -74,12 +74,3 @@ class Material:
 @dataclass(frozen=True)
 class Camera:
     fov: float = 40.0  # vertical, degrees
-
-
-@dataclass(frozen=True)
-class Fit:
-    steps: int = 6000
-    batch: int = 2048
-    rate: float = 1e-2  # of Muon and Adam alike, at the top of the cosine
-    threads: int = 2  # of torch on the CPU
-    checkpoint: int = 500  # steps between two

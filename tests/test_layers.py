@@ -8,7 +8,7 @@ LAYERS = (
     {"errors", "settings", "sphere", "image", "resources", "progress"},
     {"sh", "light", "sky", "material", "camera", "metrics"},
     {"glsl", "native", "scene", "csg", "neural", "shading"},
-    {"trace", "surface", "transfer", "network"},
+    {"trace", "surface", "transfer", "network", "fit"},
     {"asset", "bake", "shader", "inspect"},
     {"render", "torch_render", "reference", "exact"},
     {"report", "export", "testing", "bench", "demo"},

@@ -112,9 +112,7 @@ def colours(
     rows = np.zeros((packets * _LANES, 6), np.float32)
     rows[:count] = np.concatenate([points, normals], axis=1)
     flat = wp.array(dtype=float)
-    body = (
-        f"#define SDFPRT_HAS_ALBEDO {int(scene.has_albedo)}\n#define SDFPRT_HAS_EXPONENT {int(scene.has_exponent)}\n"
-    )
+    body = f"#define SDFPRT_HAS_ALBEDO {int(scene.has_albedo)}\n#define SDFPRT_HAS_EXPONENT {int(scene.has_exponent)}\n"
     kernel = native.build(body + scene.native_colour, ("colour.h",), {"rows": flat, "out": flat})
     out = wp.zeros(4 * len(rows), dtype=float, device="cpu")
     native.launch(kernel, packets, [wp.array(rows.ravel(), dtype=float, device="cpu"), out])

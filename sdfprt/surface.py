@@ -50,7 +50,7 @@ def mesh(scene: Scene, resolution: int = settings.Surface.resolution) -> tuple[F
             advance(1)
     if not vertices:
         raise SdfprtError(_no_surface(scene, inside, outside, smallest))
-    return np.concatenate(vertices).astype(np.float32), np.concatenate(faces)[:, ::-1].astype(np.int64)
+    return np.concatenate(vertices).astype(np.float32), np.concatenate(faces).astype(np.int64)
 
 
 def _slab(scene: Scene, origin: ndarray, spacing: ndarray, shape: ndarray, first: int) -> tuple[ndarray, tuple]:

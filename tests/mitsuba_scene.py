@@ -18,15 +18,16 @@ from sdfprt.material import Diffuse, Material
 
 RAYS = 1 << 21  # a wavefront
 
+# Before anything imports drjit, which would take the system's LLVM, perhaps one too old, and abort
+if found := sorted(Path(sys.prefix, "lib").glob("libLLVM.so*")):
+    os.environ.setdefault("DRJIT_LIBLLVM_PATH", str(found[-1]))
+
 
 @cache
 def mitsuba() -> Any:
     """The module with its fast variant set and the Phong lobe registered. Raises RuntimeError without LLVM."""
     if "DRJIT_LIBLLVM_PATH" not in os.environ:
-        found = sorted(Path(sys.prefix, "lib").glob("**/libLLVM.so*"))
-        if not found:
-            raise RuntimeError("Mitsuba's llvm_ad_rgb needs LLVM 17 or later: pip install karellen-llvm-core")
-        os.environ["DRJIT_LIBLLVM_PATH"] = str(found[-1])
+        raise RuntimeError("Mitsuba's llvm_ad_rgb needs LLVM 17 or later: pip install karellen-llvm-core")
     import mitsuba as mi
 
     mi.set_variant("llvm_ad_rgb")
@@ -138,29 +139,31 @@ def build(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, light: L
 def picture(
     scene: Any, camera: Camera, size: tuple[int, int], spp: int, bounces: int = 0, seed: int = 0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Radiance (H, W, 3), the variance of its mean (H, W, 3), and the hit mask (H, W), rays through pixel centres."""
+    """Radiance (H, W, 3), the variance of its mean (H, W, 3), and the hit mask (H, W), rays through pixel centres.
+
+    Stratified within sets of 16 or 64 paths a pixel; the spread of the sets' means gives the variance.
+    """
     import drjit as dr
 
     mi = mitsuba()
     origin, directions = camera.rays(size)
     flat = directions.reshape(-1, 3).astype(np.float32)
+    eye = mi.Point3f(*map(float, origin))
+    hit = np.asarray(scene.ray_intersect(mi.Ray3f(eye, mi.Vector3f(flat.T))).is_valid())
     path = mi.load_dict({"type": "path", "max_depth": bounces + 2, "rr_depth": 1000, "hide_emitters": True})
-    total, squares = np.zeros((len(flat), 3)), np.zeros((len(flat), 3))
-    chunk = max(1, RAYS // len(flat))
-    done = 0
-    while done < spp:
-        count = min(chunk, spp - done)
-        sampler = mi.load_dict({"type": "independent"})
-        sampler.seed(seed * 7919 + done, len(flat) * count)
-        index = dr.arange(mi.UInt32, len(flat) * count) // count
-        way = dr.gather(mi.Vector3f, mi.Vector3f(flat.T), index)
-        radiance, _, _ = path.sample(scene, sampler, mi.RayDifferential3f(mi.Point3f(*map(float, origin)), way))
-        values = np.asarray(radiance).T.reshape(len(flat), count, 3).astype(np.float64)
-        total += values.sum(axis=1)
-        squares += (values**2).sum(axis=1)
-        done += count
-    mean = total / spp
-    variance = np.maximum(squares / spp - mean**2, 0) / max(spp - 1, 1)
-    hit = scene.ray_intersect(mi.Ray3f(mi.Point3f(*map(float, origin)), mi.Vector3f(flat.T))).is_valid()
+    count = 64 if spp >= 2048 else 16
+    sets = max(2, -(-spp // count))
+    mean, variance = np.zeros((len(flat), 3)), np.zeros((len(flat), 3))
+    for part in np.array_split(np.flatnonzero(hit), max(1, hit.sum() * count // RAYS)):
+        index = dr.arange(mi.UInt32, len(part) * count) // count
+        way = dr.gather(mi.Vector3f, mi.Vector3f(flat[part].T), index)
+        values = np.zeros((sets, len(part), 3))
+        for k in range(sets):
+            sampler = mi.load_dict({"type": "multijitter", "sample_count": count})
+            sampler.set_samples_per_wavefront(count)
+            sampler.seed(seed * 7919 + k, len(part) * count)
+            radiance, _, _ = path.sample(scene, sampler, mi.RayDifferential3f(eye, way))
+            values[k] = np.asarray(radiance).T.reshape(len(part), count, 3).mean(axis=1, dtype=np.float64)
+        mean[part], variance[part] = values.mean(axis=0), values.var(axis=0) / (sets - 1)
     shape = (size[1], size[0])
-    return mean.reshape(*shape, 3), variance.reshape(*shape, 3), np.asarray(hit).reshape(shape)
+    return mean.reshape(*shape, 3), variance.reshape(*shape, 3), hit.reshape(shape)

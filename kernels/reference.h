@@ -8,7 +8,7 @@ struct Stage : Simd {
     CUDA_CALLABLE F march(F ox, F oy, F oz, F dx, F dy, F dz, M live) const {
         const F far = leave(ox, low[0], high[0], dx, leave(oy, low[1], high[1], dy, leave(oz, low[2], high[2], dz, splat(1e30f))));
         F t = splat(0.0f), found = splat(-1.0f);
-        live = live & lt(t, far);
+        live = live & lt(splat(epsilon), far);  // from a face where the bounds cut the solid, outwards is free
         for (int k = 0; k < 2048 && any(live); k++) {
             const F d = Scene::distance(ox + t * dx, oy + t * dy, oz + t * dz, live);
             const M hit = live & lt(d, splat(epsilon));
@@ -186,12 +186,11 @@ struct Random : Simd {
     const F vx = Simd::splat(way[0]), vy = Simd::splat(way[1]), vz = Simd::splat(way[2]);
     const F start = stage.enter(ex, ey, ez, vx, vy, vz);
     const M met = Simd::lt(start, Simd::splat(1e29f));
-    const F gap = start + 1e-6f;
-    F ahead = stage.march(ex + gap * vx, ey + gap * vy, ez + gap * vz, vx, vy, vz, met);
+    const F ahead = stage.march(ex + start * vx, ey + start * vy, ez + start * vz, vx, vy, vz, met);
     const M seen = met & Simd::le(zero, ahead);
     alpha.data[item] = Simd::any(seen) ? 1.0f : 0.0f;
     if (Simd::any(seen)) {
-        F t = gap + ahead;
+        F t = start + ahead;
         for (int k = 0; k < 3; k++) {
             const F d = Scene::distance(ex + t * vx, ey + t * vy, ez + t * vz, seen);
             t += Simd::sel(Simd::lt(Simd::abs(d), Simd::splat(2.0f * stage.epsilon)), d * stage.step, zero);

@@ -17,10 +17,10 @@ _GROUND = np.array([0.16, 0.14, 0.11])  # reflectance of the land around
 _SUN_RADIUS = np.radians(2.0)  # the disc is widened to what a texel can hold; its irradiance is kept
 
 
-def _exit_distance(height_start: ndarray, cosine: ndarray) -> ndarray:
+def _exit_distance(height_start: ndarray | float, cosine: ndarray | float) -> ndarray:
     """Way to the top of the atmosphere from radius `height_start` at a zenith cosine."""
     b = height_start * cosine
-    return -b + np.sqrt(np.maximum(b * b - height_start**2 + _TOP**2, 0))
+    return np.asarray(-b + np.sqrt(np.maximum(b * b - height_start**2 + _TOP**2, 0)))
 
 
 def _depth(radius: ndarray, cosine: ndarray, steps: int = 12) -> tuple[ndarray, ndarray]:

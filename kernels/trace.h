@@ -18,7 +18,7 @@ struct Tracer : Simd {
                                         float relaxation, int steps, M live) {
         M hit = none();
         F before = splat(0.0f), taken = splat(0.0f), omega = splat(relaxation);
-        live = live & lt(t, far);
+        live = live & lt(t + near, far);  // on a face where the bounds cut the solid, outwards is free
         for (int k = 0; k < steps; k++) {
             if (!any(live)) break;
             const F r = Scene::distance(fma(dx, t, ox), fma(dy, t, oy), fma(dz, t, oz), live) * step;

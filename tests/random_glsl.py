@@ -251,7 +251,7 @@ class Writer:
     # Statements
 
     def declare(self, kind: str) -> None:
-        value = self.expression(kind, 3)
+        value = self.expression(kind, 2)
         self.lines.append(f"{kind} {self.new(kind)} = {value};")
 
     def target(self, kind: str) -> str | None:
@@ -302,11 +302,11 @@ class Writer:
             )
             self.lines.append(f"{name} = {value};")
         else:
-            self.lines.append(f"{name} = {self.expression(kind, 3)};")
+            self.lines.append(f"{name} = {self.expression(kind, 2)};")
 
     def everything(self) -> str:
         """A float that depends on every variable in sight."""
-        parts = [self.expression("float", 3), f"{self.prefix}table[2]", f"{self.prefix}global"]
+        parts = [self.expression("float", 2), f"{self.prefix}table[2]", f"{self.prefix}global"]
         parts += self.seen("float")
         parts += [f"float({name} & 1023) * 0.01" for name in self.seen("int")]
         parts += [f"float({name} >> 8) * 5.9604645e-8" for name in self.seen("uint")]
@@ -347,7 +347,7 @@ class Writer:
             self.lines.append(f"int {counter} = 0;")
             self.lines.append(f"while ({counter}++ < {bound}) {{" if form == "while" else "do {")
         self.in_loop += 1
-        self.body(depth, self.random.randint(1, 4))
+        self.body(depth, self.random.randint(1, 3))
         self.in_loop -= 1
         self.lines.append(f"}} while (++{counter} < {bound});" if form == "do" else "}")
         self.scopes.pop()
@@ -374,7 +374,7 @@ def program(seed: int, name: str) -> str:
     writer.scopes[0] = {"vec3": ["p"]}
     for kind in ("float", "vec2", "int", "bool", "vec3"):
         writer.declare(kind)
-    writer.body(2, writer.random.randint(4, 9))
+    writer.body(2, writer.random.randint(2, 5))
     result = writer.everything()
     return "\n".join(
         [

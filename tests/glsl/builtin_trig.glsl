@@ -1,1 +1,1 @@
-float map(vec3 p) { return sin(p.x * 5.) + cos(p.y * 7.) + tan(p.z) + asin(p.x) + acos(p.y) + atan(p.z) + atan(p.y, p.x) + sinh(p.x) + cosh(p.y) + tanh(p.z) + asinh(p.x) + acosh(1.5 + p.y * .3) + atanh(p.z * .9) + radians(p.x) + degrees(p.y) * .01; }
+float map(vec3 p) { return sin(p.x * 5.) + cos(p.y * 7.) + tan(p.z) + (asin(p.x) + acos(p.y)) * .05 + atan(p.z) + atan(p.y, p.x) + sinh(p.x) + cosh(p.y) + tanh(p.z) + asinh(p.x) + acosh(1.5 + p.y * .3) + atanh(p.z * .9) + radians(p.x) + degrees(p.y) * .01; }

@@ -1,7 +1,7 @@
-"""Shading by SH products on arrays: learnt transfer, DESIGN conventions of diffuse and glossy; the shader gets the same matrices.
+"""SH shading on arrays: the one home of light times transfer; the shader gets the same vectors and matrices as uniforms.
 
-Diffuse: B = albedo/pi sum_i T_i L_i. Glossy: H_k = sum_ij tau_ijk T_i L_j, B = ks sum_k a_l H_k y_k(R), R the view mirrored at n,
-a_l = sqrt(4 pi/(2l+1)) f_l with f_l the zonal coefficients of the lobe. Bands of transfer, light and result are independent.
+Diffuse: B = albedo/pi sum_i T_i L_i. Glossy: H_k = sum_ij tau_ijk T_i L_j, B = sum_k g_l H_k y_k(R), g_l = sqrt(4 pi/(2l+1)) f_l,
+R the view mirrored at n (learnt transfer, Eq. 2, 3; light fixed as in Sloan 2008).
 """
 
 import numpy as np
@@ -9,86 +9,56 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from sdfprt import sh
-from sdfprt.errors import SdfprtError
-from sdfprt.material import Diffuse, Material, Phong
+from sdfprt.material import Diffuse, Material
 
 
-def bands_of(coefficients: int) -> int:
-    """Number of bands of so many coefficients. Raises SdfprtError where it is no square."""
-    bands = round(coefficients**0.5)
-    if bands * bands != coefficients:
-        raise SdfprtError(f"{coefficients} SH coefficients are no whole number of bands (1, 4, 9, 16, ...)")
-    return bands
+def diffuse_vector(light: Float[ndarray, "j 3"], transfer_bands: int) -> Float[ndarray, "i 3"]:
+    """L_i / pi for i < transfer_bands**2, zeros where the light has fewer bands; no albedo in it."""
+    out = np.zeros((transfer_bands**2, 3))
+    count = min(len(out), len(light))
+    out[:count] = light[:count] / np.pi
+    return out
 
 
-def diffuse_vector(light_sh: Float[ndarray, "j 3"], lobe: Diffuse, transfer_bands: int) -> Float[ndarray, "i 3"]:
-    """v with B = T @ v: the light cut or padded to the transfer's bands, times albedo/pi."""
-    size = transfer_bands**2
-    vector = np.zeros((size, 3))
-    shared = min(size, len(light_sh))
-    vector[:shared] = light_sh[:shared]
-    return vector * np.asarray(lobe.albedo) / np.pi
+def glossy_matrix(light: Float[ndarray, "j 3"], transfer_bands: int, result_bands: int) -> Float[ndarray, "3 k i"]:
+    """M_ki = sum_j tau_ijk L_j of each channel."""
+    tau = sh.triple_product(transfer_bands, round(len(light) ** 0.5), result_bands)
+    return np.einsum("ijk,jc->cki", tau, light)
 
 
-def light_matrix(light_sh: Float[ndarray, "j 3"], transfer_bands: int, result_bands: int) -> Float[ndarray, "3 k i"]:
-    """The triple product with the light fixed: H_c = M_c @ T, one matrix a colour channel; no lobe in it."""
-    tau = sh.triple_product(transfer_bands, bands_of(len(light_sh)), result_bands)
-    return np.einsum("ijk,jc->cki", tau, light_sh)
-
-
-def glossy_matrix(
-    light_sh: Float[ndarray, "j 3"], lobe: Phong, transfer_bands: int, result_bands: int
-) -> Float[ndarray, "3 k i"]:
-    """`light_matrix` with the lobe and its colour folded in: B_c = y(R) @ M_c @ T."""
-    weights = lobe_weights(np.asarray([lobe.exponent]), result_bands)[0]
-    colour = np.asarray(lobe.specular)[:, None, None]
-    return light_matrix(light_sh, transfer_bands, result_bands) * weights[None, :, None] * colour
-
-
-def lobe_weights(exponents: Float[ndarray, "n"], bands: int) -> Float[ndarray, "n k"]:
-    """a_l = sqrt(4 pi/(2l+1)) f_l of the normalised Phong lobe, one for each of the k = bands**2 coefficients.
-
-    The integral of z^s P_l(z) over [0, 1] obeys I_l = I_{l-2} (s-l+2)/(s+l+1), and a_l = (s+2) I_l.
-    """
-    s = np.asarray(exponents, np.float64)
-    a = [(s + 2) / (s + 1), np.ones_like(s)]
+def lobe_factors(exponent: Float[ndarray, "*n"] | float, bands: int) -> Float[ndarray, "*n bands"]:
+    """g_l of (s+2)/(2 pi) cos^s by the recurrence g_l = g_(l-2) (s-l+2)/(s+l+1)."""
+    s = np.asarray(exponent, float)
+    g = [(s + 2) / (s + 1), np.ones_like(s)]
     for n in range(2, bands):
-        a.append(a[n - 2] * (s - n + 2) / (s + n + 1))
-    return np.stack(a[:bands], axis=1)[:, sh.band_of(bands)]
-
-
-def mirrored(normals: Float[ndarray, "n 3"], outgoing: Float[ndarray, "n 3"]) -> Float[ndarray, "n 3"]:
-    """The view (towards the eye) mirrored at the normal."""
-    return 2 * np.sum(normals * outgoing, axis=1, keepdims=True) * normals - outgoing
+        g.append(g[n - 2] * (s - n + 2) / (s + n + 1))
+    return np.stack(g[:bands], axis=-1)
 
 
 def shade(
     transfer: Float[ndarray, "n i"],
     normals: Float[ndarray, "n 3"],
     outgoing: Float[ndarray, "n 3"],
-    light_sh: Float[ndarray, "j 3"],
+    light: Float[ndarray, "j 3"],
     material: Material,
-    *,
     result_bands: int | None = None,
     albedo: Float[ndarray, "n 3"] | None = None,
     exponent: Float[ndarray, "n"] | None = None,
 ) -> Float[ndarray, "n 3"]:
-    """Radiance towards `outgoing` (unit, away from the surface), the sum of the material's lobes; never below 0.
-
-    `albedo` and `exponent` give values for each point instead of the material's; `result_bands` is the transfer's where not given.
-    """
-    transfer = np.asarray(transfer, np.float64)
-    bands = bands_of(transfer.shape[1])
-    result = result_bands or bands
+    """Radiance along `outgoing` (unit, from the surface to the eye); colours a point where given, else the material's; never below 0."""
+    bands = round(transfer.shape[1] ** 0.5)
+    results = result_bands or bands
     total = np.zeros((len(transfer), 3))
     for lobe in material.lobes:
         if isinstance(lobe, Diffuse):
-            white = transfer @ diffuse_vector(light_sh, Diffuse((1.0, 1.0, 1.0)), bands)
-            total += white * (np.asarray(lobe.albedo) if albedo is None else albedo)
+            colour = np.asarray(lobe.albedo) if albedo is None else albedo
+            total += colour * (transfer @ diffuse_vector(light, bands))
         else:
-            # The lobe's SH about the mirrored view, then one bilinear form a channel
-            exponents = np.full(len(transfer), lobe.exponent) if exponent is None else exponent
-            y = sh.basis(mirrored(normals, outgoing), result) * lobe_weights(exponents, result)
-            for channel, matrix in enumerate(light_matrix(light_sh, bands, result)):
-                total[:, channel] += lobe.specular[channel] * np.sum(y * (transfer @ matrix.T), axis=1)
-    return np.maximum(total, 0)
+            mirrored = 2 * (normals * outgoing).sum(1, keepdims=True) * normals - outgoing
+            mirrored /= np.linalg.norm(mirrored, axis=1, keepdims=True)
+            s = lobe.exponent if exponent is None else exponent
+            g = np.broadcast_to(lobe_factors(s, results), (len(transfer), results))
+            weight = sh.basis(mirrored, results) * g[:, sh.band_of(results)]
+            h = np.einsum("cki,ni->nck", glossy_matrix(light, bands, results), transfer, optimize=True)
+            total += np.asarray(lobe.specular) * np.einsum("nck,nk->nc", h, weight)
+    return np.maximum(total, 0)  # cut-off series dip below zero

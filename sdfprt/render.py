@@ -1,0 +1,315 @@
+"""The OpenGL renderer: a pass that traces, a pass that runs network and lighting where rays hit; float radiance comes back.
+
+Programs are kept for each scene and for each network and variant; light, colours, exponent and camera are uniforms.
+"""
+
+import functools
+from typing import Any
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from sdfprt import settings, shading
+from sdfprt.asset import Asset
+from sdfprt.camera import Camera
+from sdfprt.errors import SdfprtError
+from sdfprt.light import Light
+from sdfprt.material import Diffuse, Material, Phong
+from sdfprt.network import TransferNet
+from sdfprt.scene import NORMAL_STEP, Scene
+from sdfprt.shader import (
+    BACKGROUND,
+    LIGHT,
+    SURFACE,
+    Variant,
+    background_fragment,
+    light_fragment,
+    lobes_of,
+    piece,
+    place,
+    surface_fragment,
+)
+
+_PROGRAMS = 24  # kept at most
+_TILE = 1024  # samples along a side that are rendered at once
+
+
+@dataclass(frozen=True)
+class Frame:
+    """`rgb` linear radiance; `alpha` share of a pixel's rays that hit; `dering` strength of the light's window, 0 if none."""
+
+    rgb: Float[ndarray, "h w 3"]
+    alpha: Float[ndarray, "h w"]
+    dering: float = 0.0
+
+
+@functools.cache
+def context() -> moderngl.Context:
+    """An OpenGL context without a window. Raises SdfprtError where the machine has none."""
+    try:
+        return moderngl.create_context(standalone=True, backend="egl", require=430)  # type: ignore[call-arg]
+    except Exception as egl:
+        try:
+            return moderngl.create_standalone_context(require=430)
+        except Exception:
+            raise SdfprtError(
+                f"no OpenGL 4.3 on this machine ({egl}). On Debian: apt-get install libegl1 libgl1-mesa-dri; "
+                "without OpenGL use --backend torch"
+            ) from None
+
+
+def network_of(asset: Asset | TransferNet, scene: Scene) -> TransferNet:
+    """The network of an asset, checked to be this scene's; a bare network is taken as it is."""
+    if isinstance(asset, TransferNet):
+        return asset
+    asset.check(scene)
+    return asset.net
+
+
+class Target:
+    """Textures and framebuffers of one tile: what the first pass sees, and the radiance of the second."""
+
+    def __init__(self, size: tuple[int, int]) -> None:
+        gl = context()
+        self.size = size
+        self.seen = [gl.texture(size, 4, dtype="f4") for _ in range(3)]
+        self.radiance = gl.texture(size, 4, dtype="f4")
+        depth = gl.depth_renderbuffer(size)
+        self.surface = gl.framebuffer(self.seen, depth)
+        self.light = gl.framebuffer([self.radiance], depth)
+
+
+class Renderer:
+    """Keeps programs and targets on one context; `frame` and `render` share one."""
+
+    def __init__(self) -> None:
+        self._programs: dict[tuple, tuple[moderngl.Program, moderngl.VertexArray]] = {}
+        self._targets: dict[tuple[int, int], Target] = {}
+
+    def surface(self, scene: Scene) -> moderngl.Program:
+        """The program of the first pass, with what belongs to the scene set."""
+        program = self._program(("surface", scene.hash), lambda: surface_fragment(scene), SURFACE, scene.file)
+        low, high = scene.bounds
+        give(
+            program,
+            boundsLow=low,
+            boundsHigh=high,
+            hitDistance=settings.Trace.hit * scene.diagonal,
+            stepFactor=scene.step,
+            relaxation=settings.Trace.relaxation,
+            marchSteps=settings.Trace.steps,
+            normalStep=NORMAL_STEP * scene.diagonal,
+            once=1,
+        )
+        return program
+
+    def lighting(self, net: TransferNet, variant: Variant) -> moderngl.Program:
+        """The program of the second pass, with what belongs to the network set."""
+        program = self._program(("light", net.digest, variant), lambda: light_fragment(net, variant), LIGHT, "network")
+        give(
+            program,
+            networkCenter=tuple(map(float, net.center)),
+            networkExtent=float(net.extent),
+            networkScale=np.pad(net.scale, (0, -len(net.scale) % 4)),
+            once=1,
+            surfacePoint=0,
+            surfaceDirection=1,
+            surfaceColour=2,
+        )
+        return program
+
+    def background(self) -> moderngl.Program:
+        return self._program(("background",), background_fragment, BACKGROUND, "background")
+
+    def draw(self, program: moderngl.Program) -> None:
+        """One full-screen triangle."""
+        for kept, triangle in self._programs.values():
+            if kept is program:
+                triangle.render(moderngl.TRIANGLES, vertices=3)
+
+    def target(self, size: tuple[int, int]) -> Target:
+        if size not in self._targets:
+            self._targets[size] = Target(size)
+        return self._targets[size]
+
+    def _program(self, key: tuple, text, pieces: tuple[str, ...], file: str) -> moderngl.Program:
+        if key not in self._programs:
+            if len(self._programs) >= _PROGRAMS:
+                program, triangle = self._programs.pop(next(iter(self._programs)))
+                triangle.release()
+                program.release()
+            try:
+                program = context().program(vertex_shader=f"#version 430\n{piece('vertex')}", fragment_shader=text())
+            except moderngl.Error as error:
+                message = place(str(error), pieces)
+                raise SdfprtError(f"{file}: the OpenGL driver does not take the shader: {message}") from None
+            self._programs[key] = (program, context().vertex_array(program, []))
+        return self._programs[key][0]
+
+
+def give(program: moderngl.Program, **uniforms: Any) -> None:
+    """Set uniforms; what the program does not use is passed over."""
+    for name, value in uniforms.items():
+        member = program.get(name, None)
+        if isinstance(member, moderngl.Uniform):
+            if isinstance(value, ndarray):
+                member.write(value.astype(np.float32).tobytes())
+            else:
+                member.value = value
+
+
+@functools.cache
+def renderer() -> Renderer:
+    """The one that `frame` uses."""
+    return Renderer()
+
+
+def set_light(program: moderngl.Program, variant: Variant, bands: int, light: Float[ndarray, "k 3"]) -> list:
+    """A vector for diffuse; for glossy a matrix a channel, or the coefficients themselves. Returns buffers to release."""
+    quads, rows = -(-(bands**2) // 4), -(-(variant.result_bands**2) // 4)
+    vector = np.zeros((4 * quads, 3))
+    vector[: bands**2] = shading.diffuse_vector(light, bands)
+    give(program, diffuseLight=vector.T.copy(), lightCoefficients=light)
+    block = program.get("GlossyLight", None)
+    if not isinstance(block, moderngl.UniformBlock):
+        return []
+    padded = np.zeros((3, 4 * rows, 4 * quads), np.float32)
+    padded[:, : variant.result_bands**2, : bands**2] = shading.glossy_matrix(light, bands, variant.result_bands)
+    blocks = padded.reshape(3, rows, 4, quads, 4).transpose(0, 1, 3, 4, 2)
+    buffer = context().buffer(np.ascontiguousarray(blocks).tobytes())
+    block.binding = 0
+    buffer.bind_to_uniform_block(0)
+    return [buffer]
+
+
+def set_material(program: moderngl.Program, scene: Scene, material: Material) -> None:
+    give(program, hasAlbedo=scene.has_albedo, hasExponent=scene.has_exponent)
+    for lobe in material.lobes:
+        if isinstance(lobe, Diffuse):
+            give(program, albedo=tuple(lobe.albedo))
+        elif isinstance(lobe, Phong):
+            give(program, specular=tuple(lobe.specular), exponent=float(lobe.exponent))
+
+
+def set_camera(program: moderngl.Program, camera: Camera, viewport: tuple[int, int, int, int]) -> None:
+    """`viewport`: first sample of the tile, samples of the whole picture."""
+    right, up, forward = camera.axes
+    half = camera.half_height
+    axes = np.stack([right * half * viewport[2] / viewport[3], up * half, forward])
+    give(program, eye=tuple(camera.eye), axes=axes, viewport=viewport)
+
+
+def tiles(size: tuple[int, int], samples: int) -> list[tuple[int, int, int, int]]:
+    """Tiles of a picture of `size` pixels, as x, y, width, height in samples; whole pixels each."""
+    side = max(_TILE // samples, 1) * samples
+    width, height = size[0] * samples, size[1] * samples
+    return [
+        (x, y, min(side, width - x), min(side, height - y))
+        for y in range(0, height, side)
+        for x in range(0, width, side)
+    ]
+
+
+def trace_tile(scene: Scene, camera: Camera, tile: tuple[int, int, int, int], whole: tuple[int, int]) -> Target:
+    """The first pass over one tile of a picture of `whole` samples."""
+    program, target = renderer().surface(scene), renderer().target(tile[2:])
+    set_camera(program, camera, (*tile[:2], *whole))
+    target.light.clear()
+    target.surface.clear(depth=1.0)
+    target.surface.use()
+    context().enable(moderngl.DEPTH_TEST)
+    context().depth_func = "<"
+    renderer().draw(program)
+    return target
+
+
+def read(texture: moderngl.Texture) -> Float[ndarray, "h w 4"]:
+    """Row 0 on top."""
+    return np.frombuffer(texture.read(), np.float32).reshape(texture.height, texture.width, 4)
+
+
+def frame(
+    scene: Scene,
+    asset: Asset | TransferNet,
+    light: Light,
+    material: Material | None = None,
+    camera: Camera | None = None,
+    size: tuple[int, int] = (settings.Render.width, settings.Render.height),
+    samples: int = settings.Render.samples,
+    dering: bool = False,
+    background: bool = False,
+    light_bands: int | None = None,
+    result_bands: int | None = None,
+    fixed_light: bool = True,
+) -> Frame:
+    """Render with learnt transfer; size is (W, H). Bands default to the network's.
+
+    Raises SdfprtError without OpenGL, and for an asset that was baked for another scene.
+    """
+    net = network_of(asset, scene)
+    material, camera = material or scene.material, camera or scene.camera
+    bands = light_bands or net.bands
+    coefficients, strength = light.sh_dered(bands) if dering else (light.sh(bands), 0.0)
+
+    # What stays the same for all tiles
+    variant = Variant(lobes_of(material), bands, result_bands or net.bands, fixed_light)
+    lighting = renderer().lighting(net, variant)
+    held = set_light(lighting, variant, net.bands, coefficients)
+    set_material(lighting, scene, material)
+    give(lighting, eye=tuple(camera.eye))
+    behind = renderer().background() if background else None
+    if behind is not None:
+        environment = _environment(light)
+        held.append(environment)
+        give(behind, toMap=light.rotation, environment=3)  # rows written as columns: the transpose is the inverse
+
+    # Trace, light what was hit, fill the rest
+    whole = (size[0] * samples, size[1] * samples)
+    pixels = np.zeros((size[1], size[0], 4), np.float32)
+    for tile in tiles(size, samples):
+        target = trace_tile(scene, camera, tile, whole)
+        target.light.use()
+        for unit, texture in enumerate(target.seen):
+            texture.use(unit)
+        context().depth_func = "=="
+        renderer().draw(lighting)
+        if behind is not None:
+            environment.use(3)
+            set_camera(behind, camera, (*tile[:2], *whole))
+            context().depth_func = "<"
+            renderer().draw(behind)
+        x, y, width, height = (v // samples for v in tile)
+        fine = read(target.radiance).reshape(height, samples, width, samples, 4)
+        pixels[y : y + height, x : x + width] = fine.mean(axis=(1, 3))
+    for thing in held:
+        thing.release()
+    if not np.isfinite(pixels).all():
+        bad = int((~np.isfinite(pixels)).any(axis=2).sum())
+        raise SdfprtError(f"{scene.file}: {bad} pixels are not finite; does the SDF or its albedo give NaN?")
+    return Frame(pixels[..., :3], pixels[..., 3], strength)
+
+
+def render(
+    scene: Scene,
+    asset: Asset | TransferNet,
+    light: Light,
+    material: Material | None = None,
+    camera: Camera | None = None,
+    size: tuple[int, int] = (settings.Render.width, settings.Render.height),
+    samples: int = settings.Render.samples,
+    **options: Any,
+) -> Float[ndarray, "h w 3"]:
+    """Linear radiance, (H, W, 3), black where nothing is hit; `options` are those of `frame`."""
+    return frame(scene, asset, light, material, camera, size, samples, **options).rgb
+
+
+def _environment(light: Light) -> moderngl.Texture:
+    height, width = light.pixels.shape[:2]
+    data = np.ascontiguousarray(light.pixels, np.float32).tobytes()
+    texture = context().texture((width, height), 3, data, dtype="f4")
+    texture.repeat_y = False
+    texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+    return texture

@@ -1,0 +1,165 @@
+"""Shader text: pieces of shaders/*.glsl, the network's weights as constants, the user's scene last.
+
+The user's text comes after ours, so its macros cannot touch us; names of ours that it declares again are renamed there.
+"""
+
+import functools
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from sdfprt import sh
+from sdfprt.glsl.prepare import without_comments
+from sdfprt.material import Diffuse, Material
+from sdfprt.network import TransferNet
+from sdfprt.resources import folder
+from sdfprt.scene import Scene
+
+VERSION = "#version 430"
+SURFACE = ("camera", "trace", "normal", "surface")
+LIGHT = ("network", "sh", "shade", "light")
+BACKGROUND = ("camera", "background")
+
+
+@dataclass(frozen=True)
+class Variant:
+    """What makes another lighting program: which lobes, how many bands, fixed light (TPFL) or the whole product (TP)."""
+
+    lobes: int  # 1 diffuse, 2 Phong, 3 both
+    light_bands: int = 4
+    result_bands: int = 4
+    fixed_light: bool = True
+
+
+def lobes_of(material: Material) -> int:
+    return sum(1 if isinstance(lobe, Diffuse) else 2 for lobe in material.lobes)
+
+
+@functools.cache
+def piece(name: str) -> str:
+    """Text of shaders/<name>.glsl."""
+    return (folder("shaders") / f"{name}.glsl").read_text()
+
+
+def _quads(count: int) -> int:
+    return -(-count // 4)
+
+
+def _literals(values: np.ndarray) -> str:
+    return ",".join(f"{v:.7g}" if "." in f"{v:.7g}" or "e" in f"{v:.7g}" else f"{v:.7g}." for v in values)
+
+
+def _blocks(weight: np.ndarray) -> np.ndarray:
+    """(out, in) as (rows * columns, 16): 4x4 blocks, zero-padded, each column by column."""
+    rows, columns = _quads(weight.shape[0]), _quads(weight.shape[1])
+    padded = np.zeros((4 * rows, 4 * columns), np.float32)
+    padded[: weight.shape[0], : weight.shape[1]] = weight
+    return padded.reshape(rows, 4, columns, 4).transpose(0, 2, 3, 1).reshape(-1, 16)
+
+
+def _array(kind: str, name: str, values: np.ndarray) -> str:
+    """A constant array of mat4 or vec4, one element a row."""
+    elements = ",\n".join(f"{kind}({_literals(row)})" for row in values)
+    return f"const {kind} {name}[{len(values)}] = {kind}[](\n{elements});"
+
+
+def join(pieces: tuple[str, ...]) -> str:
+    """The pieces, each under a #line whose ten-thousands say which piece it is."""
+    return "\n".join(f"#line {10000 * number + 1}\n{piece(name)}" for number, name in enumerate(pieces, 1))
+
+
+def place(message: str, pieces: tuple[str, ...]) -> str:
+    """A driver's message with its numbers turned back into `piece.glsl:line`."""
+
+    def name(match: re.Match) -> str:
+        number, line = divmod(int(match[1]), 10000)
+        return f"{pieces[number - 1]}.glsl:{line}" if 1 <= number <= len(pieces) else match[0]
+
+    return re.sub(r"\b0:(\d+)\b", name, message)
+
+
+def surface_fragment(scene: Scene) -> str:
+    """The first pass: what each sample sees."""
+    flags = [f"#define HAS_{name}" for name in ("ALBEDO", "EXPONENT") if getattr(scene, f"has_{name.lower()}")]
+    ours = "\n".join([VERSION, *flags, join(SURFACE)])
+    return "\n".join([ours, _renamed(ours, scene.shader_source), "#line 1", scene.shader_source])
+
+
+def background_fragment() -> str:
+    """The light behind the scene."""
+    return "\n".join([VERSION, join(BACKGROUND)])
+
+
+def light_fragment(net: TransferNet, variant: Variant) -> str:
+    """The second pass: network and lighting, no text of the user's."""
+    parts = [VERSION, defines(net, variant), weights_text(net)]
+    if not variant.fixed_light:
+        parts.append(tau_text(net.bands, variant.light_bands, variant.result_bands))
+    return "\n".join([*parts, join(LIGHT)])
+
+
+def weights_text(net: TransferNet) -> str:
+    """The network's weights as GLSL constants behind `weightBlock` and `biasQuad`: data, never control flow."""
+    biases = [np.pad(b, (0, -len(b) % 4)).reshape(-1, 4) for _, b in net.weights]
+    return "\n".join(
+        [
+            _array("mat4", "weights", np.concatenate([_blocks(w) for w, _ in net.weights])),
+            _array("vec4", "biases", np.concatenate(biases)),
+            "mat4 weightBlock(int at) { return weights[at]; }",
+            "vec4 biasQuad(int at) { return biases[at]; }",
+        ]
+    )
+
+
+def defines(net: TransferNet, variant: Variant) -> str:
+    """The sizes that the pieces ask for, in fours where they count vectors."""
+    values = {
+        "INPUTS": _quads(net.weights[0][0].shape[1]),
+        "WIDTH": _quads(net.weights[0][0].shape[0]),
+        "OUTPUTS": _quads(net.bands**2),
+        "LAYERS": len(net.weights),
+        "POSITION_FREQUENCIES": net.position_frequencies,
+        "NORMAL_FREQUENCIES": net.normal_frequencies,
+        "RESULT_BANDS": variant.result_bands,
+        "RESULTS": _quads(variant.result_bands**2),
+        "LIGHT_COUNT": variant.light_bands**2,
+        "LOBES": variant.lobes,
+    }
+    return "\n".join(f"#define {name} {value}" for name, value in values.items())
+
+
+def tau_text(transfer_bands: int, light_bands: int, result_bands: int) -> str:
+    """The non-zero triple products as constant arrays."""
+    tau = sh.triple_product(transfer_bands, light_bands, result_bands)
+    i, j, k = np.nonzero(tau)
+    index = ",".join(str(int(v)) for v in i + (j << 8) + (k << 16))
+    return (
+        f"#define TAU_COUNT {len(i)}\nconst int tauIndex[{len(i)}] = int[]({index});\n"
+        f"const float tauValue[{len(i)}] = float[]({_literals(tau[i, j, k])});"
+    )
+
+
+def global_names(text: str) -> set[str]:
+    """Functions, constants, uniforms and structs that the text declares at its outermost level."""
+    bare = re.sub(r"^[ \t]*#[^\n]*", "", without_comments(text), flags=re.M)
+    while (flat := re.sub(r"\{[^{}]*\}|\([^(){}]*\)|\[[^\[\]]*\]", " @ ", bare)) != bare:
+        bare = flat
+    # What is left of a statement is `qualifiers type name, name = value, name @`
+    names: set[str] = set()
+    for statement in re.split(r";|(?<=@ )\s*(?=\w+\s+\w+\s*@)", bare):
+        head = re.match(
+            r"(?:\s|@)*(?:(?:const|uniform|layout|in|out|flat|struct)\b[\s@]*)*\w+\s+(.*)", statement, flags=re.S
+        )
+        if head:
+            names |= {found[1] for part in head[1].split(",") if (found := re.match(r"\s*([A-Za-z_]\w*)", part))}
+    return names
+
+
+def _renamed(ours: str, users: str) -> str:
+    """#defines that give the user's versions of our global names other names; our macros end before the user's text."""
+    bare = without_comments(users)
+    macros = set(re.findall(r"^[ \t]*#[ \t]*define[ \t]+(\w+)", bare, flags=re.M))
+    ended = [f"#undef {name}" for name in sorted(set(re.findall(r"^#define (\w+)", ours, flags=re.M)))]
+    names = (global_names(ours) & set(re.findall(r"\b\w+\b", bare))) - macros - {"sdfprt_distance", "main"}
+    return "\n".join([*ended, *(f"#define {name} sdfprt_user_{name}" for name in sorted(names))])

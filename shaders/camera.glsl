@@ -1,0 +1,19 @@
+// The pinhole: rays through sample centres, row 0 on top; the framebuffer's first row is the picture's first row.
+uniform vec3 eye;
+uniform mat3 axes;       // columns: right * half width, up * half height, forward
+uniform vec4 viewport;   // xy: first sample of this tile, zw: samples of the whole picture
+
+vec3 viewOrigin() {
+    return eye;
+}
+
+// Unit direction through the centre of this fragment.
+vec3 viewRay() {
+    vec2 at = (viewport.xy + gl_FragCoord.xy) / viewport.zw * 2.0 - 1.0;
+    return normalize(axes * vec3(at.x, -at.y, 1.0));
+}
+
+// Width of a sample at distance 1.
+float footprint() {
+    return 2.0 * length(axes[1]) / viewport.w;
+}

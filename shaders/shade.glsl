@@ -1,0 +1,58 @@
+// The sum of the material's lobes from transfer: diffuse by one vector a channel; glossy with the light fixed (TPFL) by one
+// matrix a channel, or by the whole triple product (TP), whose non-zero tau_ijk are data.
+void weightedBasis(vec3 d, float weights[RESULT_BANDS], out float y[4 * RESULTS]);
+uniform vec3 specular;
+uniform vec4 diffuseLight[3 * OUTPUTS];              // L / pi, channel after channel
+#ifdef TAU_COUNT
+uniform vec3 lightCoefficients[LIGHT_COUNT];
+#else
+layout(std140) uniform GlossyLight {                 // M_ki = sum_j tau_ijk L_j in 4x4 blocks, channel after channel
+    mat4 glossyLight[3 * RESULTS * OUTPUTS];
+};
+#endif
+
+// g_l = sqrt(4 pi/(2l+1)) f_l of (s+2)/(2 pi) cos^s.
+void lobeFactors(float s, out float g[RESULT_BANDS]) {
+    g[0] = (s + 2.0) / (s + 1.0);
+    for (int l = 1; l < RESULT_BANDS; l++) g[l] = l == 1 ? 1.0 : g[l - 2] * (s - float(l) + 2.0) / (s + float(l) + 1.0);
+}
+
+// sum_k y_k H_k, H the product of light and transfer.
+vec3 glossy(vec4 transfer[OUTPUTS], float y[4 * RESULTS]) {
+    vec3 sum = vec3(0.0);
+#ifdef TAU_COUNT
+    float t[4 * OUTPUTS];
+    for (int i = 0; i < 4 * OUTPUTS; i++) t[i] = transfer[i / 4][i % 4];
+    for (int at = 0; at < TAU_COUNT; at++) {
+        int ijk = tauIndex[at];
+        sum += tauValue[at] * t[ijk & 255] * y[ijk >> 16] * lightCoefficients[ijk >> 8 & 255];
+    }
+#else
+    for (int channel = 0; channel < 3; channel++)
+        for (int k = 0; k < RESULTS; k++) {
+            vec4 h = vec4(0.0);
+            for (int i = 0; i < OUTPUTS; i++) h += glossyLight[(channel * RESULTS + k) * OUTPUTS + i] * transfer[i];
+            sum[channel] += dot(vec4(y[4 * k], y[4 * k + 1], y[4 * k + 2], y[4 * k + 3]), h);
+        }
+#endif
+    return sum;
+}
+
+// Radiance along o, the unit direction to the eye, with albedo `base` and exponent s.
+vec3 shade(vec3 n, vec3 o, vec4 transfer[OUTPUTS], vec3 base, float s) {
+    vec3 sum = vec3(0.0);
+#if LOBES != 2
+    vec3 light = vec3(0.0);
+    for (int i = 0; i < OUTPUTS; i++)
+        light += vec3(dot(transfer[i], diffuseLight[i]), dot(transfer[i], diffuseLight[OUTPUTS + i]),
+                      dot(transfer[i], diffuseLight[2 * OUTPUTS + i]));
+    sum += base * light;
+#endif
+#if LOBES != 1
+    float g[RESULT_BANDS], y[4 * RESULTS];
+    lobeFactors(s, g);
+    weightedBasis(reflect(-o, n), g, y);
+    sum += specular * glossy(transfer, y);
+#endif
+    return max(sum, 0.0);  // cut-off series dip below zero
+}

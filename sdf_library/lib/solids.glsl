@@ -44,3 +44,18 @@ float sdRoundCone3(vec3 p, float a, float b, float h) {
 float sdEllipsoidBound(vec3 p, vec3 r) {
     return (length(p / r) - 1.0) * min(r.x, min(r.y, r.z));
 }
+
+// exact: box of half sizes b over all, its edges rounded by r
+float sdRoundBox3(vec3 p, vec3 b, float r) { return sdBox3(p, b - r) - r; }
+
+// exact: cylinder along z of radius r and half length h, edges rounded by e
+float sdRoundDisc3(vec3 p, float r, float h, float e) {
+    vec2 q = vec2(length(p.xy) - r + e, abs(p.z) - h + e);
+    return min(max(q.x, q.y), 0.0) + length(max(q, 0.0)) - e;
+}
+
+// bound: ellipsoid with half axes r, close to exact near the surface; overestimates a little inside
+float sdEllipsoid3(vec3 p, vec3 r) {
+    float k = length(p / r), g = length(p / (r * r));
+    return max(k * (k - 1.0) / max(g, 1e-5), -min(r.x, min(r.y, r.z)));
+}

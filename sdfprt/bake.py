@@ -1,45 +1,36 @@
 """The bake: surface, transfer, fit, asset; the only module that knows the order.
 
-Every stage's result lies in the cache under a hash of what it depends on and is written atomically, so a bake that was killed
-goes on where it was and ends in the same asset.
+Every stage's result lies in the cache under a hash of what it depends on and is written atomically, so a bake that was
+killed goes on where it was and ends in the same asset.
 """
 
 import hashlib
 import json
 import shutil
+import zipfile
+from collections.abc import Callable
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
+from numpy import ndarray
 
 from sdfprt import settings
 from sdfprt.asset import Asset, cached_path, find_asset
-from sdfprt.image import atomic_write
+from sdfprt.errors import SdfprtError
 from sdfprt.fit import fit_transfer
+from sdfprt.image import atomic_write
+from sdfprt.network import TransferNet
 from sdfprt.resources import cache_folder
 from sdfprt.scene import Scene
 from sdfprt.surface import sample_surface
 from sdfprt.transfer import compute_transfer
 
+Arrays = dict[str, ndarray]
+SIZES = ((16, 3), (32, 3), (32, 4), (64, 4), (128, 4))  # width and layers that `target_psnr` tries, small to large
 _CHUNK = 32_768  # samples a file of transfer
-_VERSION = 1  # of what the stages compute; a change makes caches void
-
-
-def _key(*parts: object) -> str:
-    return hashlib.sha256(json.dumps([_VERSION, *parts], default=str).encode()).hexdigest()[:20]
-
-
-def _cached(path: Path, make) -> dict[str, np.ndarray]:
-    """Arrays of an .npz file, made and written whole where it is not there or not readable."""
-    try:
-        with np.load(path) as data:
-            return dict(data)
-    except (OSError, ValueError, EOFError, KeyError):
-        pass
-    arrays = make()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with atomic_write(path) as temporary:
-        np.savez(temporary, **arrays)
-    return arrays
+_KEEP = 24  # working files that stay when a bake ends
+_VERSION = 2  # of what the stages compute; a change makes caches void
 
 
 def bake(
@@ -57,13 +48,20 @@ def bake(
 ) -> Asset:
     """The asset of a scene: shipped, from the cache, or made now, resuming what an earlier call left unfinished.
 
-    `preview` is a rough network in seconds. `fresh` makes one even where weights ship with the scene. Raises SdfprtError where the
-    scene has no surface or its distance is NaN.
+    `target_psnr`, dB of transfer at held-out points, finds the smallest of SIZES that reaches it, in place of `width`
+    and `layers`; `info["curve"]` holds what each reached. `preview` is a rough network in seconds. `fresh` makes one
+    even where weights ship with the scene or lie in the cache. Raises SdfprtError where the scene has no surface or its
+    distance is NaN.
     """
+    resolution = settings.Surface.resolution
     if preview:
-        points, rays, steps = 30_000, 64, 800
-    default = (width, layers, bands, points, rays, steps, seed, target_psnr) == (
-        width,
+        points, rays, steps, resolution = 30_000, 64, 800, 128
+    if points < 100 or rays < 1 or steps < 1:
+        raise SdfprtError(f"bake: points {points}, rays {rays}, steps {steps}; give at least 100, 1 and 1")
+
+    # What is there already
+    recipe = (layers, bands, points, rays, steps, seed, target_psnr)
+    usual = recipe == (
         settings.Network.layers,
         settings.Transfer.bands,
         settings.Surface.points,
@@ -72,70 +70,122 @@ def bake(
         0,
         None,
     )
-    if default and not fresh:
-        found = find_asset(scene, width)
-        if found is not None:
-            return found
-    resolution = settings.Surface.resolution if not preview else 128
-    key = _key(scene.hash, points, seed, resolution)
+    final = cached_path(scene, width) if usual else _asset_path(scene, width, *recipe)
+    if not fresh:
+        found = find_asset(scene, width) if usual else None
+        if found or final.is_file():
+            return found or Asset.load(final, scene=scene)
+
+    # Samples, the last of them for validation, with more rays
     work = cache_folder() / "work"
-    final = (
-        cached_path(scene, width)
-        if default
-        else cache_folder()
-        / "assets"
-        / f"{_key(scene.hash, width, layers, bands, points, rays, steps, seed, target_psnr)}.safetensors"
-    )
-    if final.is_file() and not fresh:
-        return Asset.load(final, scene=scene)
+    held = settings.Fit.held_out
+    key = _key(scene.hash, points, held, seed, resolution, asdict(settings.Surface()))
+    surface = _cached(work / f"surface-{key}.npz", lambda: _surface(scene, points + held, seed, resolution))
+    traced = work / f"transfer-{_key(key, bands, rays, asdict(settings.Trace()))}"
+    train = _samples(scene, surface, slice(0, points), traced, bands, rays, seed)
+    validation = _samples(scene, surface, slice(points, points + held), traced, bands, settings.Fit.held_out_rays, seed)
 
-    def sample() -> dict[str, np.ndarray]:
-        surface = sample_surface(scene, points, seed=seed, resolution=resolution)
-        return {"points": surface.points, "normals": surface.normals}
+    # Networks, from the smallest, until one is good enough
+    curve, fitted = [], []
+    for size in SIZES if target_psnr else ((width, layers),):
+        fit_key = _key(traced.name, size, steps, target_psnr, asdict(settings.Fit()), asdict(settings.Network()))
+        net = _network(scene, work / f"fit-{fit_key}", train, validation, size, steps, seed, target_psnr)
+        fitted.append(net)
+        curve.append({"width": size[0], "layers": size[1], "validation_psnr": net.info["validation_psnr"]})
+        if target_psnr and net.info["validation_psnr"] >= target_psnr:
+            break
+    about = {"points": points, "rays": rays, **({"curve": curve, "target_psnr": target_psnr} if target_psnr else {})}
+    best = max(fitted, key=lambda net: net.info["validation_psnr"])
+    asset = Asset(replace(best, info=best.info | about), scene.hash, str(final))
+    final.parent.mkdir(parents=True, exist_ok=True)
+    asset.save(final)
+    _trim(work)
+    return asset
 
-    surface = _cached(work / f"surface-{key}.npz", sample)
-    p, n = surface["points"], surface["normals"]
 
-    # Transfer, a chunk a file; numbers of points run through, so chunks join without a seam
-    folder = work / f"transfer-{_key(key, bands, rays, scene.step)}"
-    parts = []
-    for first in range(0, len(p), _CHUNK):
-        part = slice(first, first + _CHUNK)
+def _surface(scene: Scene, count: int, seed: int, resolution: int) -> Arrays:
+    surface = sample_surface(scene, count, seed=seed, resolution=resolution)
+    return {"points": surface.points, "normals": surface.normals}
 
-        def trace(part: slice = part, first: int = first) -> dict[str, np.ndarray]:
-            return {"T": compute_transfer(scene, p[part], n[part], bands=bands, rays=rays, seed=seed, start=first)}
 
-        parts.append(_cached(folder / f"{first:08d}.npz", trace)["T"])
-    transfer = np.concatenate(parts)
+def _samples(
+    scene: Scene, surface: Arrays, part: slice, folder: Path, bands: int, rays: int, seed: int
+) -> tuple[ndarray, ndarray, ndarray]:
+    """Points, normals and transfer of a part of the surface, a file a chunk; numbers run through, so chunks join."""
+    points, normals = surface["points"][part], surface["normals"][part]
+    transfer = np.empty((len(points), bands * bands), np.float32)
+    for first in range(0, len(points), _CHUNK):
+        chunk = slice(first, first + _CHUNK)
 
-    checkpoint = work / f"fit-{_key(folder.name, width, layers, steps, target_psnr)}.safetensors"
+        def trace(chunk: slice = chunk, start: int = part.start + first) -> Arrays:
+            return {"T": compute_transfer(scene, points[chunk], normals[chunk], bands, rays, seed=seed, start=start)}
+
+        transfer[chunk] = _cached(folder / f"{part.start + first:08d}.npz", trace)["T"]
+    return points, normals, transfer
+
+
+def _network(
+    scene: Scene,
+    stem: Path,
+    train: tuple[ndarray, ndarray, ndarray],
+    validation: tuple[ndarray, ndarray, ndarray],
+    size: tuple[int, int],
+    steps: int,
+    seed: int,
+    target_psnr: float | None,
+) -> TransferNet:
+    """The fitted network of one size; `stem`.safetensors holds it, `stem`.part what a stopped fit left."""
+    done, part = stem.with_suffix(".safetensors"), stem.with_suffix(".part")
+    if done.is_file():
+        return TransferNet.load(done)
     net = fit_transfer(
-        p,
-        n,
-        transfer,
-        width=width,
-        layers=layers,
-        center=tuple(scene.center.tolist()),
+        *train,
+        width=size[0],
+        layers=size[1],
+        center=scene.center,
         extent=scene.extent,
         steps=steps,
         seed=seed,
         target_psnr=target_psnr,
-        checkpoint=checkpoint,
+        validation=validation,
+        checkpoint=part,
     )
-    net.info.update(points=points, rays=rays)
-    asset = Asset(net, scene.hash, str(final))
-    final.parent.mkdir(parents=True, exist_ok=True)
-    asset.save(final)
-    checkpoint.unlink(missing_ok=True)
-    if not preview:
-        _trim(work)
-    return asset
+    net.save(done)
+    part.unlink(missing_ok=True)
+    return net
 
 
-def _trim(work: Path, keep: int = 24) -> None:
-    """Keep the newest of the working files only."""
-    entries = sorted(work.iterdir(), key=lambda path: path.stat().st_mtime, reverse=True)
-    for path in entries[keep:]:
+def _asset_path(scene: Scene, *recipe: object) -> Path:
+    return cache_folder() / "assets" / f"{scene.hash}-{_key(*recipe)}.safetensors"
+
+
+def _key(*parts: object) -> str:
+    return hashlib.sha256(json.dumps([_VERSION, *parts]).encode()).hexdigest()[:20]
+
+
+def _cached(path: Path, make: Callable[[], Arrays]) -> Arrays:
+    """Arrays of an .npz file; made, and written whole, where it is not there or not readable."""
+    try:
+        with path.open("rb") as file, np.load(file) as data:
+            return dict(data)
+    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile):
+        pass
+    arrays = make()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with atomic_write(path) as temporary:
+        np.savez(temporary, allow_pickle=False, **arrays)
+    return arrays
+
+
+def _trim(work: Path) -> None:
+    """Keep the newest working files only."""
+    entries = []
+    for path in work.iterdir():
+        try:
+            entries.append((path.stat().st_mtime, path))
+        except FileNotFoundError:  # another bake's temporary file
+            continue
+    for _, path in sorted(entries, reverse=True)[_KEEP:]:
         if path.is_dir():
             shutil.rmtree(path, ignore_errors=True)
         else:

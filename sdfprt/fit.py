@@ -1,9 +1,9 @@
-"""The recipe that trains a transfer network: L2 on noisy targets, Muon on the matrices, Adam on the biases, one cycle.
+"""The recipe that trains a transfer network: squared loss, Muon on the matrices, Adam on the biases, one cycle.
 
-Targets are Monte Carlo transfer; their noise is unbiased, so L2 fits the mean through it (L1 would fit the median). A step
-depends on the seed and on what the step before left, nothing else: a checkpoint taken anywhere goes on to the same bits.
-Muon is momentum whose steps are orthogonalised by a Newton-Schulz iteration (Jordan et al. 2024), here in float32, since CPUs
-lack a fast bfloat16.
+Targets are Monte Carlo transfer; their noise is unbiased, so the squared loss fits the mean through it (L1 would fit
+the median). A step depends on the seed and on what the step before left, nothing else: a checkpoint taken anywhere goes
+on to the same bits. Muon is momentum whose steps are orthogonalised by a Newton-Schulz iteration (Jordan et al. 2024),
+here in float32, since CPUs lack a fast bfloat16.
 """
 
 import math
@@ -32,6 +32,7 @@ _HELD_OUT = 20  # one sample of so many is for validation, where none are given
 _WARM_UP = 0.1  # of the steps
 _STRIDE = 50  # steps between looks at the clock
 _LOOK = 200  # steps between looks at the target
+_CHUNK = 65_536  # samples encoded at once
 _MOMENTUM = 0.95
 _BETAS = (0.9, 0.99)
 
@@ -56,11 +57,11 @@ def fit_transfer(
     target_psnr: float | None = None,
     device: str | None = None,
 ) -> TransferNet:
-    """Train a network on transfer (N, bands**2) at points with unit normals (learnt transfer, Sec. 3.2; another recipe).
+    """Train a network on transfer (N, bands**2) at points with unit normals (learnt transfer, Sec. 3.2).
 
-    `validation` holds (points, normals, transfer) that are not trained on; without it every 20th sample is put aside. The
-    error there is `info["validation_rmse"]` and `info["validation_psnr"]`; training ends early where that reaches `target_psnr`.
-    `center` and `extent` map the scene into [-1, 1]^3; default: the box of the points.
+    `validation` holds (points, normals, transfer) that are not trained on; without it every 20th sample is put aside.
+    The error there is `info["validation_rmse"]` and `info["validation_psnr"]`; training ends early where the latter
+    reaches `target_psnr`. `center` and `extent` map the scene into [-1, 1]^3; default: the box of the points.
     `checkpoint` names a file that is written every few seconds; where it exists, training goes on from it to the result
     that an undisturbed run would have had. Raises SdfprtError for samples that do not fit together or are not finite.
     """
@@ -68,7 +69,7 @@ def fit_transfer(
     device = device or ("cuda" if torch.cuda.is_available() else "cpu")
     if center is None or extent is None:
         low, high = points.min(0), points.max(0)
-        center, extent = (low + high) / 2, float((high - low).max()) / 2
+        center, extent = tuple(((low + high) / 2).tolist()), float((high - low).max()) / 2
     if validation is None:
         aside = np.arange(len(points)) % _HELD_OUT == _HELD_OUT - 1
         validation = points[aside], normals[aside], transfer[aside]
@@ -79,13 +80,15 @@ def fit_transfer(
         torch.as_tensor(np.asarray(a, np.float32), device=device)
         for a in ((points - center) / extent, normals, transfer / scale, scale)
     )
+    parts = zip(x.split(_CHUNK), n.split(_CHUNK), strict=True)
+    features = torch.cat([_encode(a, b, position_frequencies, normal_frequencies) for a, b in parts])
     inputs = 6 + 6 * (position_frequencies + normal_frequencies)
     state = _initial([inputs, *[width] * (layers - 1), transfer.shape[1]], seed, device)
     start = _resume(checkpoint, state) if checkpoint else 0
     saved, done = time.monotonic(), start
 
     def network() -> TransferNet:
-        """The weights as they are now; matrices in half precision, as a file holds them, so what is saved is what was measured."""
+        """The weights as they are now, matrices in half precision as a file holds them: what is kept is measured."""
         return TransferNet(
             [
                 (state[f"w{i}"].detach().half().float().cpu().numpy(), state[f"b{i}"].detach().cpu().numpy().copy())
@@ -104,8 +107,7 @@ def fit_transfer(
         weights = [(state[f"w{i}"].requires_grad_(), state[f"b{i}"].requires_grad_()) for i in range(layers)]
         parameters = [t for layer in weights for t in layer]
         for step, rows in zip(range(start, steps), _batches(len(x), batch, seed, start), strict=False):
-            features = _encode(x[rows], n[rows], position_frequencies, normal_frequencies)
-            error = (_forward(weights, features) - target[rows]) * to_scale
+            error = (_forward(weights, features[rows]) - target[rows]) * to_scale
             gradients = torch.autograd.grad(error.square().sum() / len(rows), parameters)
             _update(state, gradients, step, rate * _cycle(step / steps))
             if (step + 1) % _STRIDE == 0:
@@ -244,7 +246,7 @@ def _resume(path: Path, state: dict[str, torch.Tensor]) -> int:
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """torch on one thread: these matrices are too small for two, and two stand still while another program holds a core."""
+    """torch on one thread: the matrices are small, and two threads stand still while another program holds a core."""
     before = torch.get_num_threads()
     torch.set_num_threads(1)
     try:

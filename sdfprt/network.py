@@ -34,7 +34,7 @@ def encode(x: ndarray, normals: ndarray, position_frequencies: int, normal_frequ
 
 @dataclass(frozen=True, eq=False)
 class TransferNet:
-    """`weights`: (W (out, in), b (out,)) a layer; `scale` (bands**2,); `info`: how it was fitted, its validation error."""
+    """`weights`: (W (out, in), b (out,)) a layer; `scale` (bands**2,); `info`: how it was fitted, its error."""
 
     weights: list[tuple[ndarray, ndarray]]
     scale: Float[ndarray, "k"]
@@ -59,7 +59,7 @@ class TransferNet:
         out = np.empty((len(points), len(self.scale)), np.float32)
         for first in range(0, len(points), 4096):
             part = slice(first, first + 4096)
-            x = (np.asarray(points[part], np.float32) - np.float32(self.center)) / np.float32(self.extent)
+            x = (np.asarray(points[part], np.float32) - np.asarray(self.center, np.float32)) / np.float32(self.extent)
             h = encode(x, np.asarray(normals[part], np.float32), self.position_frequencies, self.normal_frequencies)
             for w, b in self.weights[:-1]:
                 h = h @ w.T + b

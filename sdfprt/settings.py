@@ -38,11 +38,13 @@ class Network:
 
 @dataclass(frozen=True)
 class Fit:
-    steps: int = 4000  # of the optimizer
+    steps: int = 6000  # of the optimizer
     batch: int = 1024  # samples a step
     rate: float = 0.02  # peak of the one cycle, matrices (Muon)
     bias_share: float = 0.25  # rate of the biases (Adam), of that
     seconds: float = 5.0  # between checkpoints
+    held_out: int = 4096  # samples of a bake for validation
+    held_out_rays: int = 1024  # a sample of those
 
 
 @dataclass(frozen=True)

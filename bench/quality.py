@@ -1,0 +1,144 @@
+"""How close is the network's picture to exact transfer? PSNR over hit pixels, and the paper's 30 views.
+
+Protocol `views`: 3 lights x 3 views, linear radiance, peak = the exact picture's 99.9th percentile over hit pixels.
+Protocol `paper`: 30 views on a trajectory, MAE, PSNR and SSIM over whole images (learnt transfer, Sec. 5).
+Writes quality.md, quality.json and quality.png.
+"""
+
+import argparse
+import json
+import platform
+from pathlib import Path
+
+import numpy as np
+
+from sdfprt import exact, image, metrics, report, scene
+from sdfprt.asset import Asset
+from sdfprt.bake import bake
+from sdfprt.light import Light
+from sdfprt.material import Diffuse, Material, Phong
+from sdfprt.progress import track
+from sdfprt.render import frame
+
+MATERIALS: tuple[Material, ...] = (Diffuse(), Phong(32))
+GOAL = {(64, "diffuse"): 40, (64, "phong:32"): 34, (128, "diffuse"): 44, (128, "phong:32"): 38}
+PAPER = {  # PSNR k64 / k128 on the paper's meshes
+    "diffuse": "TEASET 49.2/51.1, PLANTS 44.5/46.3, ROZA 44.1/48.3, DINING-TABLE 41.9/43.5",
+    "phong:32": "45.8/48.1, 35.7/36.6, 42.4/46.8, 32.6/33.4 (glossy, same order)",
+}
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scenes", nargs="+", default=list(scene.library()), help="names, .glsl files or folders")
+    parser.add_argument("--lights", nargs="+", default=["sky_afternoon", "studio", "overcast"])
+    parser.add_argument("--widths", nargs="+", type=int, default=[64, 128])
+    parser.add_argument("--views", type=int, default=3)
+    parser.add_argument("--paper-views", type=int, default=30)
+    parser.add_argument("--size", type=int, default=512)
+    parser.add_argument("--rays", type=int, default=4096)
+    parser.add_argument("--protocol", choices=("views", "paper", "both"), default="both")
+    parser.add_argument("-o", "--output", type=Path, default=Path("out/quality"), help="folder")
+    return parser.parse_args()
+
+
+def measure_scene(
+    which: scene.Scene,
+    assets: dict[int, Asset],
+    lights: list[Light],
+    views: int,
+    size: int,
+    rays: int,
+    whole: bool,
+) -> list[dict]:
+    """A row for each width and material: averages over views and lights, and the worst picture's PSNR."""
+    found: dict[tuple[int, str], list[dict]] = {}
+    bands = max(asset.net.bands for asset in assets.values())
+    with track(f"quality of {which.name}", views) as advance:
+        for camera in report.trajectory(which.camera, views):
+            view = exact.view(which, camera, (size, size), bands, rays)
+            for light in lights:
+                for material in MATERIALS:
+                    for width, asset in assets.items():
+                        truth = view.cut(asset.net.bands).shade(light, material)
+                        drawn = frame(which, asset, light, material, camera, (size, size))
+                        hit = view.mask & (drawn.alpha > 0)
+                        peak = report.peak_of(truth, view.mask)
+                        row = metrics.compare(drawn.rgb, truth, mask=None if whole else hit, peak=peak)
+                        found.setdefault((width, report.name(material)), []).append(row)
+            advance(1)
+    return [
+        {
+            "scene": which.name,
+            "protocol": "paper" if whole else "views",
+            "material": material,
+            "width": width,
+            "pictures": len(rows),
+            **{key: float(np.mean([row[key] for row in rows])) for key in ("psnr", "mae", "ssim", "flip")},
+            "worst_psnr": float(min(row["psnr"] for row in rows)),
+        }
+        for (width, material), rows in found.items()
+    ]
+
+
+def _markdown(rows: list[dict], line: str) -> str:
+    head = "| scene | protocol | material | k | PSNR | worst | goal | MAE | SSIM | FLIP |\n" + "|---" * 10 + "|\n"
+    lines = []
+    for row in rows:
+        goal = GOAL.get((row["width"], row["material"]), "") if row["protocol"] == "views" else ""
+        lines.append(
+            f"| {row['scene']} | {row['protocol']} | {row['material']} | {row['width']} | {row['psnr']:.1f} "
+            f"| {row['worst_psnr']:.1f} | {goal} | {row['mae']:.4f} | {row['ssim']:.4f} | {row['flip']:.4f} |"
+        )
+    papers = "\n".join(f"The paper, {kind}: {figures}." for kind, figures in PAPER.items())
+    return f"# Network against exact transfer\n\n{line}\n\n{head}" + "\n".join(lines) + f"\n\n{papers}\n"
+
+
+def _plot(rows: list[dict], path: Path) -> None:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    labels = [f"{r['scene']}\n{r['material']}\n{r['protocol']}" for r in rows]
+    order = list(dict.fromkeys(labels))
+    figure, axes = pyplot.subplots(figsize=(1.5 + 1.1 * len(order), 4), layout="constrained")
+    widths = sorted({r["width"] for r in rows})
+    for k, width in enumerate(widths):
+        own = [(order.index(label), r) for label, r in zip(labels, rows, strict=True) if r["width"] == width]
+        at = [x + (k - (len(widths) - 1) / 2) * 0.35 for x, _ in own]
+        axes.bar(at, [r["psnr"] for _, r in own], 0.33, label=f"k = {width}")
+        axes.plot(at, [r["worst_psnr"] for _, r in own], "k_", label="worst picture" if k == 0 else None)
+    axes.set_xticks(range(len(order)), order, fontsize=7)
+    axes.set_ylabel("PSNR, dB")
+    axes.set_ylim(bottom=20)
+    axes.legend(loc="lower right", fontsize=8)
+    with image.atomic_write(path) as temporary:
+        figure.savefig(temporary, dpi=120)
+    pyplot.close(figure)
+
+
+def main() -> None:
+    args = _arguments()
+    args.output.mkdir(parents=True, exist_ok=True)
+    lights = [Light.load(name) for name in args.lights]
+    rows = []
+    for source in args.scenes:
+        which = scene.Scene.load(source)
+        assets = {width: bake(which, width=width) for width in args.widths}
+        for protocol, views in (("views", args.views), ("paper", args.paper_views)):
+            if args.protocol in (protocol, "both"):
+                chosen = lights if protocol == "views" else lights[:1]
+                rows += measure_scene(which, assets, chosen, views, args.size, args.rays, protocol == "paper")
+        line = (
+            f"{args.size}x{args.size}, {args.rays} rays a pixel, lights {', '.join(args.lights)}, "
+            f"{platform.processor() or platform.machine()}. `sdfprt bench quality`"
+        )
+        (args.output / "quality.md").write_text(_markdown(rows, line))
+        (args.output / "quality.json").write_text(json.dumps({"setting": line, "rows": rows}, indent=2))
+    _plot(rows, args.output / "quality.png")
+    print((args.output / "quality.md").read_text())
+
+
+if __name__ == "__main__":
+    main()

@@ -95,7 +95,7 @@ float ground(vec3 p) { return sdRoundDisc3(vec3(p.x, p.z, p.y + 0.87), 0.75, 0.0
 
 float sdf(vec3 p) {
     // Far from the monster its box is bound enough; the cap keeps the field continuous where the parts take over
-    float near = sdBox3(p - vec3(0.0, -0.1, -0.12), vec3(0.66, 0.76, 0.6)), cap = 0.1 + abs(near - 0.1);
+    float near = sdBox3(p - vec3(0.0, -0.1, -0.12), vec3(0.68, 0.78, 0.62)), cap = 0.1 + abs(near - 0.1);
     float floor = ground(p);
     if (near > 0.1) return min(floor, cap);
     float d = min(min(skin(p), horns(p)), min(eye(p), min(teeth(p), claws(p))));

@@ -1,0 +1,30 @@
+"""Bake the weights that ship with the library: `python scripts/ship.py [SCENE …] [--widths 64,128]`."""
+
+import argparse
+import time
+
+from sdfprt.asset import Asset
+from sdfprt.bake import bake
+from sdfprt.errors import SdfprtError
+from sdfprt.resources import folder
+from sdfprt.scene import Scene, library
+
+parser = argparse.ArgumentParser(description=__doc__)
+parser.add_argument("scenes", nargs="*", default=list(library()))
+parser.add_argument("--widths", default="64")
+arguments = parser.parse_args()
+for name in arguments.scenes:
+    scene = Scene.load(name)
+    for width in map(int, arguments.widths.split(",")):
+        path = folder("sdf_library") / name / f"k{width}.safetensors"
+        try:
+            Asset.load(path, scene=scene)
+            print(f"{path.name} of {name} is up to date")
+            continue
+        except SdfprtError:
+            pass
+        start = time.perf_counter()
+        asset = bake(scene, width=width)
+        asset.save(path)
+        error = asset.info["validation_rmse"]
+        print(f"{name} k={width}: validation RMSE {error:.4f}, {time.perf_counter() - start:.0f} s, {path.stat().st_size // 1000} KB")

@@ -1,6 +1,6 @@
 """Reference, exact transfer and network against Mitsuba 3 on the marching-cubes mesh of the same scene.
 
-Diffuse under band-limited light: exact transfer 50 dB, network 40 (k=64) and 43 (k=128). Reference under the light itself:
+Diffuse under band-limited light: exact transfer 50 dB, network 40 (k=64) and 43 (k=128). Reference under the light:
 direct 40 dB diffuse and 34 dB Phong 16, one bounce 40 dB. The worst 2 % of pixels (creases, silhouettes) are left out.
 The z-test divides the difference by both renderers' errors: the median of |z| is 0.67 where it is noise alone.
 """

@@ -284,6 +284,25 @@ def reference(
 
 
 @app.command()
+def report(
+    scene: SceneName,
+    output: Annotated[Path, typer.Option("-o", "--output", help="OUT.html, one page with its pictures inside.")],
+    light: LightName = DEFAULT_LIGHT,
+    yaw: Yaw = 0.0,
+    size: Size = "256x256",
+    spp: Annotated[int, typer.Option(min=1, help="Light paths a pixel of the reference.")] = settings.Reference.spp,
+    rays: Annotated[int, typer.Option(min=1, help="Rays a pixel of exact transfer.")] = settings.Exact.rays,
+) -> None:
+    """Where the error of a picture comes from: network, SH truncation, the rest; several bands."""
+    from sdfprt.report import report as run
+
+    pixels = _size(size)
+    loaded, environment, _, camera = _setup(scene, light, yaw, None, None, None, None, None, None)
+    run(loaded, _picture(output, (".html",)), environment, camera=camera, size=pixels, spp=spp, rays=rays)
+    print(output)
+
+
+@app.command()
 def compare(
     a: Path,
     b: Path,

@@ -10,7 +10,8 @@ import functools
 import hashlib
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
+from dataclasses import field as default
 from pathlib import Path
 
 import numpy as np
@@ -18,9 +19,10 @@ import warp as wp
 from jaxtyping import Float
 from numpy import ndarray
 
-from sdfprt import native
+from sdfprt import field, native
 from sdfprt.camera import Camera
 from sdfprt.errors import SdfprtError
+from sdfprt.field import Box
 from sdfprt.glsl.compile import compile_glsl
 from sdfprt.glsl.prepare import Prepared, field_module, prepare
 from sdfprt.glsl.spirv import parse
@@ -28,7 +30,6 @@ from sdfprt.glsl.to_warp import BUDGET, Translator
 from sdfprt.material import Material, parse as parse_material
 from sdfprt.resources import folder
 
-Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 UNIT: Box = ((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
 NORMAL_STEP = 2e-4  # half width of the taps, of the diagonal
 _PAD = 16
@@ -47,13 +48,15 @@ class Scene:
     offset: float = 0.0
     camera: Camera = None  # type: ignore[assignment]
     material: Material = None  # type: ignore[assignment]
-    defines: Mapping[str, float] = field(default_factory=dict)
+    defines: Mapping[str, float] = default(default_factory=dict)
     title: str = ""
 
     def __post_init__(self) -> None:
         low, high = np.asarray(self.bounds, float)
         if not (np.isfinite([low, high]).all() and (high > low).all()):
-            raise SdfprtError(f"{self.file}: bounds {self.bounds} are no box; give ((x0,y0,z0),(x1,y1,z1)) with x0 < x1")
+            raise SdfprtError(
+                f"{self.file}: bounds {self.bounds} are no box; give ((x0,y0,z0),(x1,y1,z1)) with x0 < x1"
+            )
         if not 0 < self.step <= 1:
             raise SdfprtError(f"{self.file}: step {self.step} must be above 0 and at most 1")
         if self.camera is None:
@@ -66,6 +69,8 @@ class Scene:
     def load(cls, source: str | Path) -> Scene:
         """A library scene by name, a .glsl file, or a folder with sdf.glsl and scene.toml.
 
+        What scene.toml leaves out is measured: `bounds` where the default box misses the surface, `offset` where the
+        distance is never negative, `step` where it overestimates. Nothing is, where it gives `step`.
         Raises SdfprtError for a missing file or wrong scene.toml, GlslError for GLSL that does not compile.
         """
         path = Path(source)
@@ -74,10 +79,37 @@ class Scene:
         if path.is_dir():
             if not (path / "sdf.glsl").is_file():
                 raise SdfprtError(f"{path}: a scene folder needs the file sdf.glsl")
-            return cls(**{"glsl": _read(path / "sdf.glsl"), "name": path.resolve().name, **_settings(path), "folder": path})
+            given = _settings(path)
+            scene = cls(**{"glsl": _read(path / "sdf.glsl"), "name": path.resolve().name, **given, "folder": path})
+            return scene._measured(given)
         if path.is_file():
-            return cls(glsl=_read(path), name=path.stem, file=path.name, folder=path.resolve().parent)
-        raise SdfprtError(f"{source}: no such scene; there are {', '.join(library())}, or give a .glsl file or a scene folder")
+            scene = cls(glsl=_read(path), name=path.stem, file=path.name, folder=path.resolve().parent)
+            return scene._measured({})
+        raise SdfprtError(
+            f"{source}: no such scene; there are {', '.join(library())}, or give a .glsl file or a scene folder"
+        )
+
+    def _measured(self, given: dict) -> Scene:
+        """The scene with bounds, offset and step by measurement where `given` has none."""
+        if given.keys() >= {"step"}:
+            return self
+        scene, bounds = self, self.bounds
+        points = field.grid(bounds)
+        values = scene.distance(points)
+        if not np.isfinite(values).any():
+            return self  # `check` and the surface say what is wrong
+        lowest = field.smallest(scene.distance, bounds, points, values)[0]
+        if "bounds" not in given and lowest > field.THIN * scene.diagonal:
+            bounds = field.find_bounds(scene.distance) or bounds
+            points = field.grid(bounds)
+            lowest = field.smallest(scene.distance, bounds, points, scene.distance(points))[0]
+        thickness = field.THIN / 2 * field.diagonal(bounds)
+        thin = "offset" not in given and 0 <= lowest < 2 * thickness
+        step = field.safe_step(field.slope(scene.distance, bounds))
+        if not thin and step == scene.step and bounds == scene.bounds:
+            return self
+        camera = Camera.framing(bounds) if bounds != self.bounds else self.camera
+        return replace(self, bounds=bounds, step=step, offset=thickness if thin else self.offset, camera=camera)
 
     @functools.cached_property
     def prepared(self) -> Prepared:
@@ -176,9 +208,13 @@ def _native(spirv: bytes, struct: str, inputs: tuple[str, ...], function: str, o
     single = len(outputs) == 1
     feed = [f"    g.v{find['sdfprt_point']}[{k}] = {name};" for k, name in enumerate(inputs[:3])]
     feed += [f"    g.v{find['sdfprt_normal']}[{k}] = {name};" for k, name in enumerate(inputs[3:])]
-    parameters = ", ".join([*(f"F {name}" for name in inputs), "M live", *(() if single else (f"F& {o}" for o in outputs))])
+    parameters = ", ".join(
+        [*(f"F {name}" for name in inputs), "M live", *(() if single else (f"F& {o}" for o in outputs))]
+    )
     result = f"g.v{find['sdfprt_out']}"
-    give = [f"    return {result}[0];"] if single else [f"    {o} = {result}[{k}];" for k, o in enumerate(outputs)]
+    # Loops that use up their turns have no answer
+    value = f"sel(mask(g.budget < 0), as_F(splat(0x7fc00000)), {result}[0])" if "g.budget" in body else f"{result}[0]"
+    give = [f"    return {value};"] if single else [f"    {o} = {result}[{k}];" for k, o in enumerate(outputs)]
     inline = "__attribute__((noinline))" if len(body) > 12_000 else "inline"
     return "\n".join(
         [

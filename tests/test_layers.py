@@ -7,7 +7,7 @@ PACKAGE = Path(__file__).parent.parent / "sdfprt"
 LAYERS = (
     {"errors", "settings", "sphere", "image", "resources", "progress"},
     {"sh", "light", "sky", "material", "camera", "metrics"},
-    {"glsl", "native", "scene", "csg", "neural", "shading"},
+    {"glsl", "native", "field", "scene", "csg", "neural", "shading"},
     {"trace", "surface", "transfer", "network", "fit"},
     {"asset", "bake", "shader", "inspect"},
     {"render", "torch_render", "reference", "exact"},

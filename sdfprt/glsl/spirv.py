@@ -128,9 +128,12 @@ def parse(data: bytes) -> Module:
         if code in _SILENT:
             continue
         op = _OPCODES.get(code)
-        if op is None:
-            raise SdfprtError(f"this GLSL uses something that an SDF cannot have here (SPIR-V instruction {code})")
-        if op == "Name":
+        if op is None:  # an error only where the SDF calls it: pasted files hold much else
+            if block is not None:
+                block.instructions.append(Instruction(f"Op{code}", 0, 0, tuple(int(w) for w in body)))
+            elif 19 <= code <= 39:
+                module.types[int(body[0])] = Type("sampler")
+        elif op == "Name":
             module.names[int(body[0])] = _string(body[1:])
         elif op == "EntryPoint":
             module.entry = int(body[1])
@@ -169,7 +172,38 @@ def parse(data: bytes) -> Module:
                     block.merge = made
                 else:
                     block.instructions.append(made)
+    _prune(module)
     return module
+
+
+def _prune(module: Module) -> None:
+    """Leave what the entry point reaches. Raises SdfprtError where that holds something an SDF cannot have."""
+    reached: set[int] = set()
+    waiting = [module.entry]
+    used: set[int] = set()
+    while waiting:
+        key = waiting.pop()
+        if key in reached:
+            continue
+        reached.add(key)
+        for block in module.functions[key].blocks.values():
+            for i in block.instructions:
+                used.update(i.operands)
+                if i.op == "FunctionCall":
+                    waiting.append(i.operands[0])
+                if i.op.startswith("Op"):
+                    code = int(i.op[2:])
+                    what = (
+                        "reads a texture (a sampler)"
+                        if 86 <= code <= 107
+                        else "takes a screen derivative (dFdx, fwidth)"
+                        if 207 <= code <= 215
+                        else f"uses what is no function of position (SPIR-V instruction {code})"
+                    )
+                    name = module.names.get(key, "main").split("(")[0]
+                    raise SdfprtError(f"'{name}', which the distance needs, {what}; an SDF here has no such thing")
+    module.functions = {key: function for key, function in module.functions.items() if key in reached}
+    module.globals = [v for v in module.globals if v.result in used]
 
 
 def _type(module: Module, op: str, w: list[int]) -> None:
@@ -188,4 +222,4 @@ def _type(module: Module, op: str, w: list[int]) -> None:
     else:
         module.types[w[0]] = Type(kind)
     if kind == "float" and w[1] != 32:
-        raise SdfprtError("double precision is not supported in an SDF; use float")
+        module.types[w[0]] = Type("double")

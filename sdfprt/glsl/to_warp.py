@@ -21,7 +21,7 @@ _C_TYPE = {"f": "F", "i": "I", "u": "U", "b": "M"}
 _C_UNIFORM = {"f": "float", "i": "int", "u": "unsigned", "b": "bool"}
 _LARGE = 400  # instructions; a larger function is called, a smaller one inlined
 _HEAVY = 8  # instructions that are worth a test whether any lane wants them
-BUDGET = 200_000  # turns of all loops in one evaluation: what exceeds it does not end in sensible time
+BUDGET = 50_000  # turns of all loops in one evaluation: what exceeds it does not end in sensible time
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,99 @@
+"""A scene is loaded, measured where nothing is said, and its faults are named."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sdfprt import field
+from sdfprt.errors import SdfprtError
+from sdfprt.inspect import check
+from sdfprt.scene import Scene
+
+SPHERE = "float sdf(vec3 p) { return length(p) - 0.5; }"
+
+
+def points(count: int = 500) -> np.ndarray:
+    return np.random.default_rng(0).uniform(-1, 1, (count, 3)).astype(np.float32)
+
+
+def test_distance_and_normal_of_a_sphere_are_exact() -> None:
+    scene, p = Scene(glsl=SPHERE), points()
+    radius = np.linalg.norm(p, axis=1)
+    np.testing.assert_allclose(scene.distance(p), radius - 0.5, atol=1e-6)
+    np.testing.assert_allclose(scene.normal(p), p / radius[:, None], atol=2e-3)  # rounding over taps 7e-4 apart
+
+
+def test_an_array_of_any_length_keeps_its_length() -> None:
+    scene = Scene(glsl=SPHERE)
+    assert [len(scene.distance(points(n))) for n in (0, 1, 15, 16, 17)] == [0, 1, 15, 16, 17]
+
+
+def test_what_a_folder_leaves_out_is_measured(tmp_path: Path) -> None:
+    (tmp_path / "sdf.glsl").write_text("float sdf(vec3 p) { return 1.4 * abs(length(p - vec3(5, 0, 0)) - 0.5); }")
+    scene = Scene.load(tmp_path)
+    assert 0.65 < scene.step < 0.72  # 1 / 1.4
+    low, high = np.asarray(scene.bounds)
+    assert (low <= (4.5, -0.5, -0.5)).all() and (high >= (5.5, 0.5, 0.5)).all() and (high - low).max() < 2
+    assert 0 < scene.offset < 0.02  # a shell that is never negative
+
+
+def test_what_a_folder_says_is_kept(tmp_path: Path) -> None:
+    (tmp_path / "sdf.glsl").write_text("float sdf(vec3 p) { return 1.4 * (length(p) - SIZE); }")
+    (tmp_path / "scene.toml").write_text("bounds = [[-2, -2, -2], [2, 2, 2]]\nstep = 0.5\n[defines]\nSIZE = 1.5\n")
+    scene = Scene.load(tmp_path)
+    assert (scene.step, scene.bounds[1]) == (0.5, (2.0, 2.0, 2.0))
+    np.testing.assert_allclose(scene.distance(np.zeros((1, 3), np.float32)), -2.1, rtol=1e-6)
+
+
+def test_defines_replace_what_the_host_would_set() -> None:
+    text = "uniform float size;\nfloat map(vec3 p) { return length(p) - size - iTime; }"
+    scene = Scene(glsl=text, defines={"size": 0.25, "iTime": 0.5})
+    np.testing.assert_allclose(scene.distance(np.zeros((1, 3), np.float32)), -0.75)
+
+
+def test_slope_of_a_scaled_distance_is_the_scale() -> None:
+    box = ((-1.0,) * 3, (1.0,) * 3)
+    for scale in (0.25, 1.0, 1.4):
+        found = field.slope(lambda p, s=scale: s * (np.linalg.norm(p, axis=1) - 0.5), box)
+        assert found == pytest.approx(scale, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("float sdf(vec3 p) { return length(p - vec3(3, 0, 0)) - 0.5; }", "no surface inside bounds"),
+        ("float sdf(vec3 p) { return 1.0; }", "no surface inside bounds"),
+        ("float sdf(vec3 p) { return 0.5 - length(p); }", "inside out"),
+        ("float sdf(vec3 p) { return length(p) - 0.5 + sqrt(p.x - 0.5); }", "not finite"),
+        ("float sdf(vec3 p) { float d = 0.0; while (d < 1.0) d += 0.0 * p.x; return d; }", "does not end"),
+    ],
+)
+def test_check_names_the_fault(text: str, said: str) -> None:
+    report = check(Scene(glsl=text))
+    assert any(said in problem for problem in report.problems)
+
+
+def test_a_sound_scene_has_no_problems() -> None:
+    report = check(Scene(glsl=SPHERE))
+    assert not report.problems and report.surface and report.suggested_step == 1 and not report.open_at_bounds
+    assert report.found_bounds is not None and np.abs(np.abs(report.found_bounds) - 0.5).max() < 0.1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"bounds": ((1, 1, 1), (-1, -1, -1))}, "no box"),
+        ({"bounds": ((0, 0, 0), (1, 1, float("nan")))}, "no box"),
+        ({"step": 0.0}, "step"),
+        ({"defines": {"a b": 1.0}}, "not a name"),
+    ],
+)
+def test_wrong_settings_are_one_clear_error(arguments: dict, said: str) -> None:
+    with pytest.raises(SdfprtError, match=said):
+        Scene(glsl=SPHERE, **arguments)
+
+
+def test_a_missing_scene_is_named() -> None:
+    with pytest.raises(SdfprtError, match="no such scene"):
+        Scene.load("no_such_scene")

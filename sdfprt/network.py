@@ -104,13 +104,13 @@ def read(path: str | Path) -> tuple[TransferNet, dict]:
     from safetensors import SafetensorError, safe_open
 
     if not Path(path).is_file():
-        raise SdfprtError(f"{path}: no such file")
+        raise SdfprtError(f"{path}: no such file; `sdfprt bake SCENE -o FILE` makes one")
     try:
         with safe_open(str(path), "numpy") as file:
             header = (file.metadata() or {}).get("sdfprt")
             tensors = {name: file.get_tensor(name) for name in file.keys()}
         if header is None:
-            raise SdfprtError(f"{path}: a safetensors file, but not of sdfprt")
+            raise SdfprtError(f"{path}: a safetensors file, but not of sdfprt; `sdfprt bake SCENE -o FILE` makes one")
         meta = json.loads(header)
         if meta.get("format") != FORMAT:
             raise SdfprtError(f"{path}: format {meta.get('format')}, expected {FORMAT}")
@@ -127,5 +127,5 @@ def read(path: str | Path) -> tuple[TransferNet, dict]:
             meta["info"],
         )
     except (SafetensorError, KeyError, json.JSONDecodeError, OSError) as error:
-        raise SdfprtError(f"{path}: not a readable asset, or cut short ({error})") from None
+        raise SdfprtError(f"{path}: not a readable asset, or cut short ({error}); delete it and bake again") from None
     return net, meta

@@ -16,7 +16,7 @@ import warp as wp
 
 from sdfprt.resources import folder
 
-wp.config.quiet = True
+wp.config.log_level = wp.LOG_ERROR  # standard output is for results
 THREADS = min(os.cpu_count() or 1, 16)
 
 

@@ -1,11 +1,11 @@
-"""The OpenGL renderer: a pass that traces, a pass that runs network and lighting where rays hit; float radiance comes back.
+"""The OpenGL renderer: one pass traces, one runs network and lighting where rays hit; float radiance comes back.
 
 Programs are kept for each scene and for each network and variant; light, colours, exponent and camera are uniforms.
 """
 
 import functools
-from typing import Any
 from dataclasses import dataclass
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -39,7 +39,7 @@ _TILE = 1024  # samples along a side that are rendered at once
 
 @dataclass(frozen=True)
 class Frame:
-    """`rgb` linear radiance; `alpha` share of a pixel's rays that hit; `dering` strength of the light's window, 0 if none."""
+    """`rgb` linear radiance; `alpha` share of rays that hit; `dering` strength of the light's window, or 0."""
 
     rgb: Float[ndarray, "h w 3"]
     alpha: Float[ndarray, "h w"]
@@ -168,7 +168,7 @@ def renderer() -> Renderer:
 
 
 def set_light(program: moderngl.Program, variant: Variant, bands: int, light: Float[ndarray, "k 3"]) -> list:
-    """A vector for diffuse; for glossy a matrix a channel, or the coefficients themselves. Returns buffers to release."""
+    """A vector for diffuse; for glossy a matrix a channel, or the coefficients. Returns buffers to release."""
     quads, rows = -(-(bands**2) // 4), -(-(variant.result_bands**2) // 4)
     vector = np.zeros((4 * quads, 3))
     vector[: bands**2] = shading.diffuse_vector(light, bands)

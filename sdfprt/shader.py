@@ -24,7 +24,7 @@ BACKGROUND = ("camera", "background")
 
 @dataclass(frozen=True)
 class Variant:
-    """What makes another lighting program: which lobes, how many bands, fixed light (TPFL) or the whole product (TP)."""
+    """What makes another lighting program: lobes, bands, fixed light (TPFL) or the whole triple product (TP)."""
 
     lobes: int  # 1 diffuse, 2 Phong, 3 both
     light_bands: int = 4
@@ -161,5 +161,9 @@ def _renamed(ours: str, users: str) -> str:
     bare = without_comments(users)
     macros = set(re.findall(r"^[ \t]*#[ \t]*define[ \t]+(\w+)", bare, flags=re.M))
     ended = [f"#undef {name}" for name in sorted(set(re.findall(r"^#define (\w+)", ours, flags=re.M)))]
-    names = (global_names(ours) & set(re.findall(r"\b\w+\b", bare))) - macros - {"sdfprt_distance", "main"}
+    names = (
+        (global_names(ours) & set(re.findall(r"\b\w+\b", bare)))
+        - macros
+        - {"sdfprt_distance", "albedo", "exponent", "main"}
+    )
     return "\n".join([*ended, *(f"#define {name} sdfprt_user_{name}" for name in sorted(names))])

@@ -1,7 +1,7 @@
-"""SH shading on arrays: the one home of light times transfer; the shader gets the same vectors and matrices as uniforms.
+"""SH shading on arrays: the one home of light times transfer; the shader gets the same vectors and matrices.
 
-Diffuse: B = albedo/pi sum_i T_i L_i. Glossy: H_k = sum_ij tau_ijk T_i L_j, B = sum_k g_l H_k y_k(R), g_l = sqrt(4 pi/(2l+1)) f_l,
-R the view mirrored at n (learnt transfer, Eq. 2, 3; light fixed as in Sloan 2008).
+Diffuse: B = albedo/pi sum_i T_i L_i. Glossy: H_k = sum_ij tau_ijk T_i L_j, B = sum_k g_l H_k y_k(R),
+g_l = sqrt(4 pi/(2l+1)) f_l, R the view mirrored at n (learnt transfer, Eq. 2, 3; light fixed as in Sloan 2008).
 """
 
 import numpy as np
@@ -45,7 +45,10 @@ def shade(
     albedo: Float[ndarray, "n 3"] | None = None,
     exponent: Float[ndarray, "n"] | None = None,
 ) -> Float[ndarray, "n 3"]:
-    """Radiance along `outgoing` (unit, from the surface to the eye); colours a point where given, else the material's; never below 0."""
+    """Radiance along `outgoing` (unit, from the surface to the eye), never below 0.
+
+    Colours a point where given, else the material's.
+    """
     bands = round(transfer.shape[1] ** 0.5)
     results = result_bands or bands
     total = np.zeros((len(transfer), 3))

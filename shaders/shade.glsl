@@ -54,5 +54,5 @@ vec3 shade(vec3 n, vec3 o, vec4 transfer[OUTPUTS], vec3 base, float s) {
     weightedBasis(reflect(-o, n), g, y);
     sum += specular * glossy(transfer, y);
 #endif
-    return max(sum, 0.0);  // cut-off series dip below zero
+    return mix(sum, vec3(0.0), lessThan(sum, vec3(0.0)));  // cut-off series dip below zero; NaN stays to be reported
 }

@@ -1,0 +1,136 @@
+"""The OpenGL renderer against Warp's tracer with numpy's network and shading, and against laws."""
+
+import importlib
+
+import nets
+import numpy as np
+import pytest
+
+from sdfprt import settings, shading, torch_render
+from sdfprt.camera import Camera
+from sdfprt.errors import SdfprtError
+from sdfprt.light import Light
+from sdfprt.material import Diffuse, DiffusePhong, Phong
+from sdfprt.scene import Scene
+from sdfprt.trace import gbuffer
+
+render = importlib.import_module("sdfprt.render")  # sdfprt.render is the function
+SIZE = (48, 40)
+SCENE, NET = nets.scene(), nets.random_net()
+LIGHT = Light.load("studio").rotated(yaw=40)
+
+
+def _psnr(a: np.ndarray, b: np.ndarray, trimmed: float = 0.02) -> float:
+    """Peak: the 99.9th percentile of a; the worst pixels, on silhouettes and creases, are left out."""
+    error = np.sort(((a - b) ** 2).mean(axis=-1).ravel())
+    kept = error[: int(len(error) * (1 - trimmed))]
+    return float(10 * np.log10(np.percentile(a, 99.9) ** 2 / max(kept.mean(), 1e-20)))
+
+
+@pytest.mark.parametrize("material", [Diffuse((0.7, 0.5, 0.3)), Phong(12.0, (0.9, 0.8, 1.0)), DiffusePhong()], ids=str)
+def test_a_frame_is_trace_network_and_shading_done_by_others(material):
+    got = render.frame(SCENE, NET, LIGHT, material=material, size=SIZE)
+    seen = gbuffer(SCENE, SCENE.camera, SIZE)
+    expected = np.zeros((SIZE[1], SIZE[0], 3))
+    transfer = NET.predict(seen.points, seen.normals)
+    expected[seen.mask] = shading.shade(transfer, seen.normals, -seen.directions, LIGHT.sh(4), material)
+    assert (seen.mask == (got.alpha > 0.5)).mean() > 0.995
+    assert _psnr(expected, got.rgb) > 60
+
+
+def test_the_whole_triple_product_gives_the_picture_of_the_fixed_light():
+    pictures = [
+        render.frame(SCENE, NET, LIGHT, Phong(20.0), size=(24, 24), light_bands=3, result_bands=2, fixed_light=fixed)
+        for fixed in (True, False)
+    ]
+    np.testing.assert_allclose(pictures[0].rgb, pictures[1].rgb, rtol=0, atol=2e-5)
+
+
+def test_torch_renders_the_same_picture_with_opengl_and_without():
+    a = render.frame(SCENE, NET, LIGHT, DiffusePhong(), size=SIZE, samples=2, background=True)
+    b = torch_render.frame(SCENE, NET, LIGHT, DiffusePhong(), size=SIZE, samples=2, background=True)
+    c = torch_render.frame(SCENE, NET, LIGHT, DiffusePhong(), size=SIZE, samples=2, background=True, opengl=False)
+    assert _psnr(a.rgb, b.rgb) > 70
+    assert _psnr(a.rgb, c.rgb) > 45
+
+
+def test_tiles_join_without_a_seam(monkeypatch):
+    whole = render.frame(SCENE, NET, LIGHT, size=SIZE, samples=2, background=True)
+    monkeypatch.setattr(render, "_TILE", 30)
+    parts = render.frame(SCENE, NET, LIGHT, size=SIZE, samples=2, background=True)
+    np.testing.assert_allclose(whole.rgb, parts.rgb, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(whole.alpha, parts.alpha, rtol=0, atol=0)
+
+
+def test_supersampling_is_the_mean_of_a_larger_picture():
+    fine = render.frame(SCENE, NET, LIGHT, size=(48, 48))
+    coarse = render.frame(SCENE, NET, LIGHT, size=(16, 16), samples=3)
+    mean = fine.rgb.reshape(16, 3, 16, 3, 3).mean(axis=(1, 3))
+    np.testing.assert_allclose(coarse.rgb, mean, rtol=0, atol=1e-5)
+
+
+def test_the_background_is_the_light_in_that_direction():
+    light = LIGHT.rotated(yaw=25)
+    camera = Camera(eye=(0.0, 3.0, 0.0), target=(1.0, 3.2, 0.5), fov=80.0)
+    got = render.frame(SCENE, NET, light, camera=camera, size=SIZE, background=True)
+    _, directions = camera.rays(SIZE)
+    miss = got.alpha == 0
+    assert miss.mean() > 0.5
+    # Filtering in fixed point: 1/256 of the step between texels
+    np.testing.assert_allclose(got.rgb[miss], light.radiance(directions)[miss], rtol=0, atol=0.02)
+
+
+def test_turning_light_camera_and_colours_compiles_nothing():
+    render.frame(SCENE, NET, LIGHT, DiffusePhong(), size=(8, 8))
+    before = set(render.renderer()._programs)
+    camera = Camera(eye=(2.0, 1.0, 2.0))
+    render.frame(SCENE, NET, LIGHT.rotated(yaw=9), DiffusePhong((0.1, 0.2, 0.3), 9.0), camera=camera, size=(8, 8))
+    assert set(render.renderer()._programs) == before
+
+
+def test_the_scenes_own_albedo_and_exponent_are_used():
+    base = "float sdf(vec3 p) { return length(p) - 0.6; }\n"
+    own = (
+        base
+        + "vec3 albedo(vec3 p, vec3 n) { return vec3(0.2, 0.4, 0.6); }\nfloat exponent(vec3 p, vec3 n) { return 6.0; }"
+    )
+    a = render.frame(Scene(glsl=own), NET, LIGHT, DiffusePhong(), size=(20, 20))
+    b = render.frame(Scene(glsl=base), NET, LIGHT, DiffusePhong((0.2, 0.4, 0.6), 6.0), size=(20, 20))
+    np.testing.assert_allclose(a.rgb, b.rgb, rtol=0, atol=1e-6)
+
+
+def test_a_ray_that_enters_inside_the_solid_hits_the_cut_face():
+    scene = Scene(glsl="float sdf(vec3 p) { return length(p) - 5.0; }")
+    camera = Camera(eye=(0.0, 0.0, 4.0), target=(0.0, 0.0, 0.0), fov=20.0)
+    target = render.trace_tile(scene, camera, (0, 0, 8, 8), (8, 8))
+    points = render.read(target.seen[0])
+    np.testing.assert_allclose(points[..., 2], 1.0, rtol=0, atol=1e-5)
+
+
+def test_hits_lie_on_the_surface_to_the_stated_tolerance():
+    target = render.trace_tile(SCENE, SCENE.camera, (0, 0, *SIZE), SIZE)
+    points = render.read(target.seen[0])
+    hits = points[points[..., 3] > 0, :3]
+    # 2e-6: rounding of the point itself
+    inside = (np.abs(hits) < 0.999).all(axis=1)
+    distance = SCENE.distance(np.ascontiguousarray(hits[inside]))
+    assert np.percentile(np.abs(distance), 98) < settings.Trace.hit * SCENE.diagonal + 2e-6
+
+
+def test_without_opengl_there_is_one_clear_error(monkeypatch):
+    def refuse(**_):
+        raise ValueError("no display")
+
+    monkeypatch.setattr(render.moderngl, "create_context", refuse)
+    monkeypatch.setattr(render.moderngl, "create_standalone_context", refuse)
+    with pytest.raises(SdfprtError, match="OpenGL"):
+        render.context.__wrapped__()
+
+
+def test_a_distance_that_is_not_finite_is_an_error():
+    scene = Scene(
+        glsl="float sdf(vec3 p) { return length(p) - 0.5; }"
+        "vec3 albedo(vec3 p, vec3 n) { return vec3(sqrt(-1.0 - p.x * p.x)); }"
+    )
+    with pytest.raises(SdfprtError, match="not finite"):
+        render.frame(scene, NET, LIGHT, Diffuse(), size=(8, 8))

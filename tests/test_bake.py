@@ -4,6 +4,7 @@ import multiprocessing
 import shutil
 import sys
 import time
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ import sdfprt
 from sdfprt import Scene, SdfprtError, TransferNet, settings
 
 TWO_BALLS = "float sdf(vec3 p) { return min(length(p) - 0.4, length(p - vec3(0.5, 0.5, 0.0)) - 0.2); }"
-SMALL = {"width": 16, "layers": 3, "points": 3000, "rays": 32, "steps": 300}
+SMALL: dict[str, Any] = {"width": 16, "layers": 3, "points": 3000, "rays": 32, "steps": 300}
 
 
 def _bake(cache: str, out: str | None = None) -> None:

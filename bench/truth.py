@@ -58,11 +58,12 @@ def main() -> None:
     for source in args.scenes:
         which = scene.Scene.load(source)
         vertices, faces = surface.mesh(which, args.resolution)
-        mesh = vertices, faces, which.normal(vertices)
+        normals = which.normal(vertices)
+        mesh, (paint, _) = (vertices, faces, normals), exact.colours(which, vertices, normals)
 
         # Band-limited light, where SH is exact
         soft = light.band_limited(4)
-        theirs = picture(build(*mesh, soft, Diffuse()), which.camera, size, 2 * args.spp)
+        theirs = picture(build(*mesh, soft, Diffuse(), paint), which.camera, size, 2 * args.spp)
         view = exact.view(which, size=size, rays=args.rays)
         note(which.name, "exact, diffuse, 4-band light", view.shade(soft, Diffuse()), theirs, view.mask)
         for width in args.widths:
@@ -71,7 +72,7 @@ def main() -> None:
 
         # The reference under the light itself; paths a second beside Mitsuba's in the same run
         for material, bounces in ((Diffuse(), 0), (Phong(16), 0), (Diffuse(), 1)):
-            built = build(*mesh, light, material)
+            built = build(*mesh, light, material, paint)
             for spp in (16, args.spp):  # 16: warm-up
                 start = time.perf_counter()
                 ours = reference_image(which, light, material, size=size, spp=spp, bounces=bounces)

@@ -121,17 +121,30 @@ def bsdf(material: Material) -> dict:
 
 
 @no_type_check
-def build(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, light: Light, material: Material) -> Any:
-    """A Mitsuba scene of one mesh with vertex normals."""
+def build(
+    vertices: np.ndarray,
+    faces: np.ndarray,
+    normals: np.ndarray,
+    light: Light,
+    material: Material,
+    albedo: np.ndarray | None = None,
+) -> Any:
+    """A Mitsuba scene of one mesh with vertex normals; `albedo`, one row a vertex, takes the place of a Diffuse's."""
     mi = mitsuba()
     props = mi.Properties()
-    props["bsdf"] = mi.load_dict(bsdf(material))
+    lobes = bsdf(material)
+    painted = albedo is not None and lobes["type"] == "diffuse"
+    if painted:
+        lobes["reflectance"] = {"type": "mesh_attribute", "name": "vertex_color"}
+    props["bsdf"] = mi.load_dict(lobes)
     mesh = mi.Mesh("mesh", len(vertices), len(faces), has_vertex_normals=True, props=props)
     table = mi.traverse(mesh)
     table["vertex_positions"] = mi.Float(np.ascontiguousarray(vertices, np.float32).ravel())
     table["vertex_normals"] = mi.Float(np.ascontiguousarray(normals, np.float32).ravel())
     table["faces"] = mi.UInt32(np.ascontiguousarray(faces, np.uint32).ravel())
     table.update()
+    if painted:
+        mesh.add_attribute("vertex_color", 3, np.ascontiguousarray(albedo, np.float32).ravel())
     return mi.load_dict({"type": "scene", "light": envmap(light), "mesh": mesh})
 
 

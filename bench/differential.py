@@ -16,9 +16,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
 
 
 def main() -> None:
+    from random_glsl import batch
     from test_glsl import agreement, in_slots, opengl, some_points
 
-    from random_glsl import batch
     from sdfprt.scene import Scene
 
     parser = argparse.ArgumentParser(description=__doc__)

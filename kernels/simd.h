@@ -109,7 +109,11 @@ struct Simd {
         i = sel(lt(i, splat(0)), splat(0), i);
         return sel(lt(splat(n - 1), i), splat(n - 1), i);
     }
+#if SDFPRT_LANES > 1  // with one lane, I is int
+#if SDFPRT_LANES != 1
     static inline CUDA_CALLABLE int clamp_index(int i, int n) { return i < 0 ? 0 : (i >= n ? n - 1 : i); }
+#endif
+#endif
     static inline CUDA_CALLABLE F gather(const float* table, I i) {
         F r = splat(0.0f);
         for (int k = 0; k < SDFPRT_LANES; k++) set(r, k, table[lane(i, k)]);

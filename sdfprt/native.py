@@ -1,4 +1,4 @@
-"""Warp kernels around a scene's C++: pieces of kernels/*.h joined into one native function, launched on both CPU threads.
+"""Warp kernels around a scene's C++: pieces of kernels/*.h joined in one native function, launched on both CPU threads.
 
 A body sees `Simd`, the scene's struct and its arguments (arrays as `name.data`), and handles item `item`:
 
@@ -28,7 +28,7 @@ def piece(name: str) -> str:
 
 @no_type_check
 def build(scene: str, pieces: tuple[str, ...], arguments: dict[str, Any]):
-    """A Warp kernel over `first + thread` that runs the last piece as its body, after simd.h, the scene and the others."""
+    """A Warp kernel over `first + thread` that runs the last piece as its body, after simd.h, scene and the others."""
     text = "\n".join([piece("simd.h"), scene, *(piece(name) for name in pieces)])
     key = hashlib.sha256(text.encode()).hexdigest()[:16]
     return _kernel(key, text, tuple(arguments.items()))

@@ -1,7 +1,7 @@
 """A scene: GLSL text with a distance, its bounds, and how it likes to be looked at.
 
-Only what lies inside the bounds exists. `step` multiplies marching steps where the field overestimates; `offset` moves the surface
-to where the field has that value.
+Only what lies inside the bounds exists. `step` multiplies marching steps where the field overestimates;
+`offset` moves the surface to where the field has that value.
 """
 
 from __future__ import annotations
@@ -25,9 +25,10 @@ from sdfprt.errors import SdfprtError
 from sdfprt.field import Box
 from sdfprt.glsl.compile import compile_glsl
 from sdfprt.glsl.prepare import Prepared, field_module, prepare
-from sdfprt.glsl.spirv import parse
+from sdfprt.glsl.spirv import fingerprint, parse
 from sdfprt.glsl.to_warp import BUDGET, Translator
-from sdfprt.material import Material, parse as parse_material
+from sdfprt.material import Material
+from sdfprt.material import parse as parse_material
 from sdfprt.resources import folder
 
 UNIT: Box = ((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
@@ -131,8 +132,8 @@ class Scene:
 
     @functools.cached_property
     def hash(self) -> str:
-        """Of the surface: prepared text, bounds and step. Colours in the same file count too; camera and material do not."""
-        text = f"{self.prepared.text}|{np.asarray(self.bounds, float).tolist()}|{self.step}"
+        """Of the surface: what the distance computes, bounds and step. Colours, comments, camera and material do not count."""
+        text = f"{fingerprint(parse(self.prepared.spirv))}|{np.asarray(self.bounds, float).tolist()}|{self.step:.6g}"
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
     @functools.cached_property
@@ -142,7 +143,7 @@ class Scene:
 
     @functools.cached_property
     def native_colour(self) -> str:
-        """C++ structs Albedo and Exponent: `value(x, y, z, nx, ny, nz, live, out…)`; empty where the file has neither."""
+        """C++ structs Albedo and Exponent: `value(x, y, z, nx, ny, nz, live, out…)`; empty where there is neither."""
         parts = []
         for name, kind, outputs in (("albedo", "vec3", ("red", "green", "blue")), ("exponent", "float", ("s",))):
             if getattr(self, f"has_{name}"):

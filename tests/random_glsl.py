@@ -1,8 +1,8 @@
 """Random well-typed GLSL programs, `float program(vec3 p)` each, for comparing two implementations of the language.
 
-Values stay tame (sums are scaled, divisors kept from zero) and thresholds are shifted off round numbers, so that rounding
-rarely decides a branch: two correct implementations agree but for a few points. asin and acos are left out: OpenGL allows
-them large errors, and drivers make them (4e-4 seen).
+Values stay tame (sums are scaled, divisors kept from zero) and thresholds are shifted off round numbers, so that
+rounding rarely decides a branch: two correct implementations agree but for a few points. asin and acos are left out:
+OpenGL allows them large errors, and drivers make them (4e-4 seen).
 """
 
 import random
@@ -382,7 +382,7 @@ def program(seed: int, name: str) -> str:
             f"float {prefix}helper(float a, inout float b) {{",
             f"  {prefix}global = 0.5 * {prefix}global + 0.3 * a;",
             f"  if (a < 0.0137) {{ b = 0.6 * b + a; return {prefix}global; }}",
-            f"  b += 0.1; return b * 0.5;",
+            "  b += 0.1; return b * 0.5;",
             "}",
             f"float {name}(vec3 p) {{",
             f"  float {prefix}table[5] = float[](0.1, -0.7, 0.9, 0.4, -0.3);",

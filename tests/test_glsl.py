@@ -96,7 +96,7 @@ def test_inverse_sines_keep_the_precision_that_opengl_may_lose() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("float sdf(vec3 p) {\n  return lenght(p) - 1.0;\n}", "scene.glsl:2: no function 'lenght' (did you mean 'length'?)"),
+        ("float sdf(vec3 p) {\n  return lenght(p);\n}", "scene.glsl:2: no function 'lenght' (did you mean 'length'?)"),
         ("float sdf(vec3 p) {\n\n  return q.x;\n}", "scene.glsl:3: no variable 'q'"),
         ("float f(vec3 p) { return 1.0; }", "no entry point"),
         ("#include \"lib/absent.glsl\"\nfloat sdf(vec3 p) { return 1.0; }", "scene.glsl:1: #include"),

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import warp as wp
 
-from sdfprt import field
+from sdfprt import field, native
 from sdfprt.errors import SdfprtError
 from sdfprt.inspect import check
 from sdfprt.scene import Scene
@@ -97,3 +98,12 @@ def test_wrong_settings_are_one_clear_error(arguments: dict, said: str) -> None:
 def test_a_missing_scene_is_named() -> None:
     with pytest.raises(SdfprtError, match="no such scene"):
         Scene.load("no_such_scene")
+
+
+def test_the_same_translation_compiles_for_cuda(tmp_path: Path) -> None:
+    for name in ("structs_nested", "switch_fallthrough", "unsigned_hash", "local_array_dynamic"):
+        scene = Scene(glsl=(Path(__file__).parent / "glsl" / f"{name}.glsl").read_text())
+        array = wp.array(dtype=float)
+        kernel = native.build(scene.native, ("distance.h",), {"points": array, "out": array, "step": float})
+        wp.compile_aot_module(kernel.module, device=None, arch=86, module_dir=str(tmp_path), use_ptx=True)
+        assert list(tmp_path.glob("*.ptx"))

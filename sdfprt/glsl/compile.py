@@ -62,10 +62,10 @@ def explain(output: str, text: str, file: str) -> str:
 
 
 _BUILT_IN = set(
-    "radians degrees sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh pow exp log exp2 log2 sqrt inversesqrt "
-    "abs sign floor trunc round roundEven ceil fract mod modf min max clamp mix step smoothstep isnan isinf "
-    "floatBitsToInt floatBitsToUint intBitsToFloat uintBitsToFloat fma frexp ldexp length distance dot cross normalize "
-    "faceforward reflect refract matrixCompMult outerProduct transpose determinant inverse lessThan lessThanEqual "
+    "radians degrees sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh pow exp log exp2 log2 sqrt "
+    "inversesqrt abs sign floor trunc round roundEven ceil fract mod modf min max clamp mix step smoothstep isnan isinf "
+    "floatBitsToInt floatBitsToUint intBitsToFloat uintBitsToFloat fma frexp ldexp length distance dot cross "
+    "normalize faceforward reflect refract matrixCompMult outerProduct transpose determinant inverse lessThan lessThanEqual "
     "greaterThan greaterThanEqual equal notEqual any all not bitfieldExtract bitfieldInsert bitCount".split()
 )
 

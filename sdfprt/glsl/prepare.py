@@ -65,14 +65,14 @@ def expand_includes(text: str, file: str, own_folder: Path | None, seen: frozens
         for root in roots:
             path = (root / name).resolve()
             if not path.is_relative_to(root.resolve()):
-                raise GlslError(f"{file}:{line}: #include \"{name}\" leads out of the folders that a scene may read")
+                raise GlslError(f'{file}:{line}: #include "{name}" leads out of the folders that a scene may read')
             if path.is_file():
                 if path in loaded:
                     return ""
                 loaded.add(path)
                 inner = expand_includes(path.read_text(), path.name, path.parent, frozenset(loaded))
                 return f"#line 1\n{inner}\n#line {line + 1}"
-        raise GlslError(f"{file}:{line}: #include \"{name}\": no such file in the library or beside the scene")
+        raise GlslError(f'{file}:{line}: #include "{name}": no such file in the library or beside the scene')
 
     return re.sub(r'^[ \t]*#[ \t]*include[ \t]+"([^"\n]+)"[^\n]*$', replace, text, flags=re.M)
 
@@ -93,7 +93,9 @@ def prepare(glsl: str, file: str, own_folder: Path | None, defines: dict[str, fl
     if re.search(r"\bvoid\s+main\s*\(", bare):
         header.append("#define main sdfprt_user_main")
     body = _constant_uniforms(body, notes)
-    body = re.sub(r"^([ \t]*)(?:layout\s*\([^)]*\)\s*)?(?:in|out|varying|flat in)\s+(\w+\s+\w+\s*;)", r"\1\2", body, flags=re.M)
+    body = re.sub(
+        r"^([ \t]*)(?:layout\s*\([^)]*\)\s*)?(?:in|out|varying|flat in)\s+(\w+\s+\w+\s*;)", r"\1\2", body, flags=re.M
+    )
     body = _zeroed_globals(body)
     tail = f"\n#undef main\nfloat {ENTRY}(vec3 p) {{ return {call} - {offset!r}; }}\n"
     added: dict[str, None] = {}

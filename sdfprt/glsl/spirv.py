@@ -1,4 +1,4 @@
-"""SPIR-V as Python values: types, constants, functions as blocks of instructions (SPIR-V specification 1.0, sections 2-3).
+"""SPIR-V as Python values: types, constants, functions as blocks of instructions (SPIR-V 1.0, sections 2-3).
 
 Reads what glslang writes for GLSL; knows nothing of what the module will become.
 """
@@ -35,7 +35,21 @@ _OPCODES = {
     247: "SelectionMerge", 248: "Label", 249: "Branch", 250: "BranchConditional", 251: "Switch", 252: "Kill",
     253: "Return", 254: "ReturnValue", 255: "Unreachable",
 }  # fmt: skip
-_SILENT = {3, 4, 6, 7, 8, 10, 14, 16, 17, 71, 72, 317, 330}  # source, names of members, lines, decorations, capabilities
+_SILENT = {
+    3,
+    4,
+    6,
+    7,
+    8,
+    10,
+    14,
+    16,
+    17,
+    71,
+    72,
+    317,
+    330,
+}  # source, member names, lines, decorations, capabilities
 _NO_RESULT = {"Store", "CopyMemory", "LoopMerge", "SelectionMerge", "Branch", "BranchConditional", "Switch", "Kill",
               "Return", "ReturnValue", "Unreachable", "FunctionEnd"}  # fmt: skip
 TERMINATORS = {"Branch", "BranchConditional", "Switch", "Kill", "Return", "ReturnValue", "Unreachable"}
@@ -43,7 +57,7 @@ TERMINATORS = {"Branch", "BranchConditional", "Switch", "Kill", "Return", "Retur
 
 @dataclass(frozen=True)
 class Type:
-    """kind: void, bool, int, uint, float, vector, matrix, array, struct, pointer, function, or the name of another type.
+    """kind: void, bool, int, uint, float, vector, matrix, array, struct, pointer, function, or the name of another.
 
     `members`: component, column, element, pointee (one id), members of a struct, or return and parameters.
     """
@@ -223,3 +237,51 @@ def _type(module: Module, op: str, w: list[int]) -> None:
         module.types[w[0]] = Type(kind)
     if kind == "float" and w[1] != 32:
         module.types[w[0]] = Type("double")
+
+
+def fingerprint(module: Module) -> str:
+    """A text that is the same for modules whose entry points compute alike, whatever else they hold.
+
+    Functions are taken in the order in which they are called, ids numbered as they are met, types and constants spelt out.
+    """
+    numbers: dict[int, int] = {}
+    queue, seen, lines = [module.entry], {module.entry}, []
+
+    def word(w: int) -> str:
+        if w in module.constants:
+            c = module.constants[w]
+            parts = [word(o) for o in c.operands] if c.op.endswith("Composite") else list(map(str, c.operands))
+            return f"{c.op}<{kind(c.type)}>({','.join(parts)})"
+        if w in module.types:
+            return kind(w)
+        return str(numbers.setdefault(w, len(numbers)))
+
+    def kind(t: int) -> str:
+        if t not in module.types:
+            return ""
+        found = module.types[t]
+        return f"{found.kind}{found.count}[{','.join(kind(m) for m in found.members)}]"
+
+    while queue:
+        function = module.functions[queue.pop(0)]
+        lines.append(f"function {word(function.result)}")
+        instructions = [*function.parameters, *function.variables]
+        for block in function.blocks.values():
+            instructions += [Instruction("Label", 0, block.label, ()), *([block.merge] if block.merge else []), *block.instructions]
+        for i in instructions:
+            operands = []
+            for place, o in enumerate(i.operands):
+                plain = (
+                    (i.op == "ExtInst" and place < 2)
+                    or (i.op in ("CompositeExtract", "CompositeInsert") and place >= (1 if i.op == "CompositeExtract" else 2))
+                    or (i.op == "VectorShuffle" and place >= 2)
+                    or (i.op == "Switch" and place >= 2 and place % 2 == 0)
+                    or (i.op in ("LoopMerge", "SelectionMerge") and place == len(i.operands) - 1)
+                    or (i.op == "Variable" and place == 0)
+                )
+                operands.append(str(o) if plain else word(o))
+            if i.op == "FunctionCall" and i.operands[0] not in seen:
+                seen.add(i.operands[0])
+                queue.append(i.operands[0])
+            lines.append(f"{i.op} {kind(i.type)} {word(i.result) if i.result else ''} {' '.join(operands)}")
+    return "\n".join(lines)

@@ -1,6 +1,6 @@
 """SPIR-V's structured control flow as a tree: blocks, selections, loops, switches and the exits that leave them early.
 
-SPIR-V names the merge block of every selection and loop (specification 1.0, section 2.11), so the tree is read off directly.
+SPIR-V names the merge block of every selection and loop (1.0, section 2.11), so the tree is read off directly.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Which values, variables and conditions are the same in all lanes, and which stores must spare lanes that are elsewhere.
+"""Which values, variables and conditions are the same in all lanes, and which stores must spare lanes elsewhere.
 
 A *scope* is a set of divergent branches that a place lies inside. A store must blend where some load of the variable
 can be reached by lanes that are not in the store's scope; a variable is uniform where it needs no blending and is
@@ -22,7 +22,7 @@ _SCALAR = {
 
 
 class Uniformity:
-    """Facts about one function. `varying`: ids; `scopes`: of each block; `blended`: stores; `crossing`: used elsewhere."""
+    """Facts about one function. `varying`: ids; `scopes`: of each block; `blended`: stores; `crossing`: ids."""
 
     def __init__(self, module: Module, function: Function) -> None:
         self.module, self.function = module, function
@@ -95,7 +95,7 @@ class Uniformity:
         return found
 
     def _walk(self, nodes: list[Node], scope: frozenset, loops: tuple[int, ...], path: frozenset) -> None:
-        """Give every block its scope, its loops and its path (all branches, divergent or not), by what is known so far."""
+        """Give every block its scope, its loops and its path (all branches, divergent or not), as known so far."""
         for node in nodes:
             if isinstance(node, Straight):
                 self._place(node.block.label, scope, loops, path)
@@ -212,7 +212,7 @@ class Uniformity:
                 self.varying_variables.add(root)
 
     def _births(self) -> dict[int, tuple[int, ...]]:
-        """Variables whose every access follows one whole store: the loops around it, so each turn has a new variable."""
+        """Variables whose every access follows one whole store: the loops around it; each turn has a new one."""
         first: dict[int, tuple[int, bool]] = {}
         others: dict[int, list[int]] = {}
         for label, i in self._all():

@@ -36,7 +36,7 @@ def slope(distance: Distance, bounds: Box, samples: int = 20_000, seed: int = 0)
     """
     rng = np.random.default_rng(seed)
     length = _CHORD * diagonal(bounds)
-    points = rng.uniform(*np.asarray(bounds, float), (samples, 3)).astype(np.float32)
+    points = rng.uniform(bounds[0], bounds[1], (samples, 3)).astype(np.float32)
     values = distance(points)
     points, values = points[values > 0], values[values > 0]
     order = np.argsort(values)

@@ -63,12 +63,13 @@ def explain(output: str, text: str, file: str) -> str:
 
 _BUILT_IN = set(
     "radians degrees sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh pow exp log exp2 log2 sqrt "
-    "inversesqrt abs sign floor trunc round roundEven ceil fract mod modf min max clamp mix step smoothstep isnan isinf "
-    "floatBitsToInt floatBitsToUint intBitsToFloat uintBitsToFloat fma frexp ldexp length distance dot cross "
-    "normalize faceforward reflect refract matrixCompMult outerProduct transpose determinant inverse lessThan lessThanEqual "
-    "greaterThan greaterThanEqual equal notEqual any all not bitfieldExtract bitfieldInsert bitCount".split()
+    "inversesqrt abs sign floor trunc round roundEven ceil fract mod modf min max clamp mix step smoothstep isnan "
+    "isinf floatBitsToInt floatBitsToUint intBitsToFloat uintBitsToFloat fma frexp ldexp length distance dot cross "
+    "normalize faceforward reflect refract matrixCompMult outerProduct transpose determinant inverse lessThan "
+    "lessThanEqual greaterThan greaterThanEqual equal notEqual any all not "
+    "bitfieldExtract bitfieldInsert bitCount".split()
 )
 
 
 def _known_names(text: str) -> set[str]:
-    return _BUILT_IN | set(re.findall(r"\b(?:float|int|uint|bool|[iub]?vec[234]|mat[234])\s+(\w+)", text))
+    return _BUILT_IN | set(map(str, re.findall(r"\b(?:float|int|uint|bool|[iub]?vec[234]|mat[234])\s+(\w+)", text)))

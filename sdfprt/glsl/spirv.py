@@ -210,12 +210,14 @@ def _prune(module: Module) -> None:
                     what = (
                         "reads a texture (a sampler)"
                         if 86 <= code <= 107
+                        else "computes in double or 16 bits; use float and int"
+                        if 113 <= code <= 115
                         else "takes a screen derivative (dFdx, fwidth)"
                         if 207 <= code <= 215
                         else f"uses what is no function of position (SPIR-V instruction {code})"
                     )
                     name = module.names.get(key, "main").split("(")[0]
-                    raise SdfprtError(f"'{name}', which the distance needs, {what}; an SDF here has no such thing")
+                    raise SdfprtError(f"'{name}', which the distance needs, {what}, which an SDF cannot here")
     module.functions = {key: function for key, function in module.functions.items() if key in reached}
     module.globals = [v for v in module.globals if v.result in used]
 
@@ -267,13 +269,20 @@ def fingerprint(module: Module) -> str:
         lines.append(f"function {word(function.result)}")
         instructions = [*function.parameters, *function.variables]
         for block in function.blocks.values():
-            instructions += [Instruction("Label", 0, block.label, ()), *([block.merge] if block.merge else []), *block.instructions]
+            instructions += [
+                Instruction("Label", 0, block.label, ()),
+                *([block.merge] if block.merge else []),
+                *block.instructions,
+            ]
         for i in instructions:
             operands = []
             for place, o in enumerate(i.operands):
                 plain = (
                     (i.op == "ExtInst" and place < 2)
-                    or (i.op in ("CompositeExtract", "CompositeInsert") and place >= (1 if i.op == "CompositeExtract" else 2))
+                    or (
+                        i.op in ("CompositeExtract", "CompositeInsert")
+                        and place >= (1 if i.op == "CompositeExtract" else 2)
+                    )
                     or (i.op == "VectorShuffle" and place >= 2)
                     or (i.op == "Switch" and place >= 2 and place % 2 == 0)
                     or (i.op in ("LoopMerge", "SelectionMerge") and place == len(i.operands) - 1)

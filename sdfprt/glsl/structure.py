@@ -160,8 +160,8 @@ def _conditional_exit(function: Function, block: Block, context: _Context, nodes
     leaves = [target in context.end or _exit(target, context) is not None for target in (yes, no)]
     if not any(leaves):
         raise SdfprtError("control flow without structure")
-    then = _branch(function, block, yes, context) if leaves[0] else [Edge(block.label, yes)]
-    other = _branch(function, block, no, context) if leaves[1] else [Edge(block.label, no)]
+    then: list[Node] = _branch(function, block, yes, context) if leaves[0] else [Edge(block.label, yes)]
+    other: list[Node] = _branch(function, block, no, context) if leaves[1] else [Edge(block.label, no)]
     nodes.append(If(condition, then, other, block))
     return (no if leaves[0] else yes), all(leaves)
 

@@ -244,7 +244,7 @@ def _type(module: Module, op: str, w: list[int]) -> None:
 def fingerprint(module: Module) -> str:
     """A text that is the same for modules whose entry points compute alike, whatever else they hold.
 
-    Functions are taken in the order in which they are called, ids numbered as they are met, types and constants spelt out.
+    Functions are taken in the order in which they are called, ids numbered as met, types and constants spelt out.
     """
     numbers: dict[int, int] = {}
     queue, seen, lines = [module.entry], {module.entry}, []

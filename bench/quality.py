@@ -111,7 +111,6 @@ def _plot(rows: list[dict], path: Path) -> None:
         axes.plot(at, [r["worst_psnr"] for _, r in own], "k_", label="worst picture" if k == 0 else None)
     axes.set_xticks(range(len(order)), order, fontsize=7)
     axes.set_ylabel("PSNR, dB")
-    axes.set_ylim(bottom=20)
     axes.legend(loc="lower right", fontsize=8)
     with image.atomic_write(path) as temporary:
         figure.savefig(temporary, dpi=120)

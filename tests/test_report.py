@@ -2,15 +2,14 @@
 
 from pathlib import Path
 
+import nets
 import numpy as np
 
-from sdfprt import report, surface
+from sdfprt import report
+from sdfprt.asset import Asset
 from sdfprt.camera import Camera
-from sdfprt.fit import fit_transfer
 from sdfprt.light import Light
 from sdfprt.material import Diffuse, DiffusePhong, Phong
-from sdfprt.scene import Scene
-from sdfprt.transfer import compute_transfer
 
 
 def test_shares_of_the_error_add_up_to_one():
@@ -47,17 +46,12 @@ def test_materials_are_named_as_on_the_command_line():
 
 
 def test_the_page_holds_tables_and_pictures(tmp_path: Path, monkeypatch):
-    ball = Scene(glsl="float sdf(vec3 p) { return min(length(p) - 0.5, p.y + 0.8); }")
-    samples = surface.sample_surface(ball, 4000, resolution=48)
-    target = compute_transfer(ball, samples.points, samples.normals, bands=4, rays=32)
-    net = fit_transfer(samples.points, samples.normals, target, width=32, steps=200)
-    from sdfprt.asset import Asset
-
+    room, net = nets.scene(), nets.random_net()
     monkeypatch.setattr(report, "bake", lambda scene, width: Asset(net, scene.hash))
     out = tmp_path / "page.html"
     light = Light.load("studio")
     splits, rows = report.report(
-        ball, out, light, size=(24, 24), spp=64, rays=64, widths=(32,), bands=((4, 4, 4), (6, 6, 6), (4, 8, 8))
+        room, out, light, size=(24, 24), spp=64, rays=64, widths=(32,), bands=((4, 4, 4), (6, 6, 6), (4, 8, 8))
     )
     assert [row.material for row in splits] == ["diffuse", "phong:32"]
     assert len(rows) == 2 + 3

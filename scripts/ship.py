@@ -27,4 +27,6 @@ for name in arguments.scenes:
         asset = bake(scene, width=width)
         asset.save(path)
         error = asset.info["validation_rmse"]
-        print(f"{name} k={width}: validation RMSE {error:.4f}, {time.perf_counter() - start:.0f} s, {path.stat().st_size // 1000} KB")
+        print(
+            f"{name} k={width}: validation RMSE {error:.4f}, {time.perf_counter() - start:.0f} s, {path.stat().st_size // 1000} KB"
+        )

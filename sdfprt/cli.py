@@ -202,7 +202,9 @@ def bake(
 def render(
     scene: SceneName,
     output: Output,
-    asset: Annotated[Path | None, typer.Option(help="A baked .safetensors file; default: shipped, cached or baked.")] = None,
+    asset: Annotated[
+        Path | None, typer.Option(help="A baked .safetensors file; default: shipped, cached or baked.")
+    ] = None,
     light: LightName = DEFAULT_LIGHT,
     yaw: Yaw = 0.0,
     material: MaterialName = None,
@@ -264,7 +266,9 @@ def reference(
     size: Size = DEFAULT_SIZE,
     samples: Samples = settings.Render.samples,
     spp: Annotated[int, typer.Option(min=1, help="Light paths a pixel.")] = settings.Reference.spp,
-    bounces: Annotated[int, typer.Option(min=0, help="Interreflections; 0 is direct light.")] = settings.Reference.bounces,
+    bounces: Annotated[
+        int, typer.Option(min=0, help="Interreflections; 0 is direct light.")
+    ] = settings.Reference.bounces,
     exposure: Annotated[float, typer.Option(help="PNG only.")] = settings.Render.exposure,
     seed: int = 0,
 ) -> None:
@@ -321,7 +325,9 @@ def compare(
 
 
 @app.command()
-def demo(output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the pictures.")] = Path("demo")) -> None:
+def demo(
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the pictures.")] = Path("demo"),
+) -> None:
     """The four scenes, diffuse and glossy, under two lights, and one contact sheet."""
     from sdfprt.demo import run
 

@@ -58,9 +58,7 @@ def _ssim(x: ndarray, y: ndarray, use: ndarray, peak: float) -> float:
     side = min(7, *x.shape[:2])
     if side < 3:
         return float("nan")
-    _, full = structural_similarity(
-        x, y, data_range=peak, channel_axis=2, full=True, win_size=side - 1 + side % 2
-    )
+    _, full = structural_similarity(x, y, data_range=peak, channel_axis=2, full=True, win_size=side - 1 + side % 2)
     return float(np.mean(full[use]))
 
 
@@ -81,4 +79,6 @@ def write_heatmap(path: str | Path, a: Float[ndarray, "h w 3"], b: Float[ndarray
     x, y = _check(a, b, None)
     error = flip_map(image.tone_map(x), image.tone_map(y))
     with image.atomic_write(path) as temporary:
-        iio.imwrite(temporary, (colormaps["magma"](np.clip(error, 0, 1))[..., :3] * 255).astype(np.uint8), extension=".png")
+        iio.imwrite(
+            temporary, (colormaps["magma"](np.clip(error, 0, 1))[..., :3] * 255).astype(np.uint8), extension=".png"
+        )

@@ -1,6 +1,6 @@
 """The OpenGL renderer: one pass traces, one runs network and lighting where rays hit; float radiance comes back.
 
-Programs are kept for each scene and for each network and variant; light, colours, exponent and camera are uniforms.
+Programs are kept for each scene and for each size of network; weights, light, colours and camera change without compiling.
 """
 
 import functools
@@ -31,6 +31,7 @@ from sdfprt.shader import (
     piece,
     place,
     surface_fragment,
+    weights_texture,
 )
 
 _PROGRAMS = 24  # kept at most
@@ -88,6 +89,7 @@ class Renderer:
     def __init__(self) -> None:
         self._programs: dict[tuple, tuple[moderngl.Program, moderngl.VertexArray]] = {}
         self._targets: dict[tuple[int, int], Target] = {}
+        self._weights: dict[str, moderngl.Texture] = {}
 
     def surface(self, scene: Scene) -> moderngl.Program:
         """The program of the first pass, with what belongs to the scene set."""
@@ -108,13 +110,22 @@ class Renderer:
 
     def lighting(self, net: TransferNet, variant: Variant) -> moderngl.Program:
         """The program of the second pass, with what belongs to the network set."""
-        program = self._program(("light", net.digest, variant), lambda: light_fragment(net, variant), LIGHT, "network")
+        text = light_fragment(net, variant)
+        program = self._program(("light", text), lambda: text, LIGHT, "network")
+        if net.digest not in self._weights:
+            if len(self._weights) >= _PROGRAMS:
+                self._weights.pop(next(iter(self._weights))).release()
+            values = weights_texture(net)
+            self._weights[net.digest] = context().texture(values.shape[1::-1], 4, values.tobytes(), dtype="f4")
+            self._weights[net.digest].filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._weights[net.digest].use(4)
         give(
             program,
             networkCenter=tuple(map(float, net.center)),
             networkExtent=float(net.extent),
             networkScale=np.pad(net.scale, (0, -len(net.scale) % 4)),
             once=1,
+            networkWeights=4,
             surfacePoint=0,
             surfaceDirection=1,
             surfaceColour=2,

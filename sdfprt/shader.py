@@ -20,6 +20,7 @@ VERSION = "#version 430"
 SURFACE = ("camera", "trace", "normal", "surface")
 LIGHT = ("network", "sh", "shade", "light")
 BACKGROUND = ("camera", "background")
+_TEXELS = 1024  # in a row of the texture of weights
 
 
 @dataclass(frozen=True)
@@ -58,12 +59,6 @@ def _blocks(weight: np.ndarray) -> np.ndarray:
     return padded.reshape(rows, 4, columns, 4).transpose(0, 2, 3, 1).reshape(-1, 16)
 
 
-def _array(kind: str, name: str, values: np.ndarray) -> str:
-    """A constant array of mat4 or vec4, one element a row."""
-    elements = ",\n".join(f"{kind}({_literals(row)})" for row in values)
-    return f"const {kind} {name}[{len(values)}] = {kind}[](\n{elements});"
-
-
 def join(pieces: tuple[str, ...]) -> str:
     """The pieces, each under a #line whose ten-thousands say which piece it is."""
     return "\n".join(f"#line {10000 * number + 1}\n{piece(name)}" for number, name in enumerate(pieces, 1))
@@ -92,35 +87,43 @@ def background_fragment() -> str:
 
 
 def light_fragment(net: TransferNet, variant: Variant) -> str:
-    """The second pass: network and lighting, no text of the user's."""
-    parts = [VERSION, defines(net, variant), weights_text(net)]
+    """The second pass: network and lighting; neither weights nor text of the user's, so it is the same for all scenes."""
+    parts = [VERSION, defines(net, variant)]
     if not variant.fixed_light:
         parts.append(tau_text(net.bands, variant.light_bands, variant.result_bands))
     return "\n".join([*parts, join(LIGHT)])
 
 
-def weights_text(net: TransferNet) -> str:
-    """The network's weights as GLSL constants behind `weightBlock` and `biasQuad`: data, never control flow."""
-    biases = [np.pad(b, (0, -len(b) % 4)).reshape(-1, 4) for _, b in net.weights]
-    return "\n".join(
-        [
-            _array("mat4", "weights", np.concatenate([_blocks(w) for w, _ in net.weights])),
-            _array("vec4", "biases", np.concatenate(biases)),
-            "mat4 weightBlock(int at) { return weights[at]; }",
-            "vec4 biasQuad(int at) { return biases[at]; }",
-        ]
-    )
+def shader_columns(net: TransferNet) -> np.ndarray:
+    """The first layer's weights with their columns as network.glsl has its features: an octave of p and n side by side."""
+    weight = net.weights[0][0]
+    rows, octaves = len(weight), max(net.position_frequencies, net.normal_frequencies)
+    out = np.zeros((rows, 8 + 12 * octaves), np.float32)
+    out[:, :6] = weight[:, :6]
+    split = 6 + 6 * net.position_frequencies
+    for first, part in ((0, weight[:, 6:split]), (6, weight[:, split:])):
+        for k in range(part.shape[1] // 6):
+            out[:, 8 + 12 * k + first : 14 + 12 * k + first] = part[:, 6 * k : 6 * k + 6]
+    return out
+
+
+def weights_texture(net: TransferNet) -> np.ndarray:
+    """All weights as (rows, 4 * BLOCKS, 4): 4x4 blocks row of blocks after row, then the biases in fours."""
+    matrices = [shader_columns(net), *(w for w, _ in net.weights[1:])]
+    quads = [np.concatenate([_blocks(w) for w in matrices]).reshape(-1, 4)]
+    quads += [np.pad(b, (0, -len(b) % 4)).reshape(-1, 4) for _, b in net.weights]
+    flat = np.concatenate(quads).astype(np.float32)
+    return np.pad(flat, ((0, -len(flat) % _TEXELS), (0, 0))).reshape(-1, _TEXELS, 4)
 
 
 def defines(net: TransferNet, variant: Variant) -> str:
     """The sizes that the pieces ask for, in fours where they count vectors."""
     values = {
-        "INPUTS": _quads(net.weights[0][0].shape[1]),
+        "INPUTS": 2 + 3 * max(net.position_frequencies, net.normal_frequencies),
         "WIDTH": _quads(net.weights[0][0].shape[0]),
         "OUTPUTS": _quads(net.bands**2),
         "LAYERS": len(net.weights),
-        "POSITION_FREQUENCIES": net.position_frequencies,
-        "NORMAL_FREQUENCIES": net.normal_frequencies,
+        "BLOCKS": sum(len(_blocks(w)) for w in (shader_columns(net), *(w for w, _ in net.weights[1:]))),
         "RESULT_BANDS": variant.result_bands,
         "RESULTS": _quads(variant.result_bands**2),
         "LIGHT_COUNT": variant.light_bands**2,

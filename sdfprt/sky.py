@@ -69,7 +69,7 @@ def clear_sky(elevation: float, azimuth: float = 35.0, height: int = 128) -> Flo
     direct = np.exp(-(_RAYLEIGH * through_r + _MIE_EXTINCTION * through_m))
 
     # Land below the horizon sends back what falls on it
-    sky = np.where(directions[..., 1:] [..., :1] > 0, radiance, 0)
+    sky = np.where(directions[..., 1:][..., :1] > 0, radiance, 0)
     solid = sphere.latlong_solid_angles(height, 2 * height)[..., None]
     arriving = (sky * np.maximum(directions[..., 1:2], 0) * solid).sum(axis=(0, 1)) + direct * max(sun[1], 0)
     edge = np.clip(directions[..., 1:2] / 0.02 + 0.5, 0, 1)

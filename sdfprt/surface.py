@@ -23,7 +23,9 @@ class Surface:
     normals: Float[ndarray, "n 3"]
 
 
-def mesh(scene: Scene, resolution: int = settings.Surface.resolution) -> tuple[Float[ndarray, "v 3"], Int[ndarray, "f 3"]]:
+def mesh(
+    scene: Scene, resolution: int = settings.Surface.resolution
+) -> tuple[Float[ndarray, "v 3"], Int[ndarray, "f 3"]]:
     """Triangles of the surface inside the bounds; `resolution` cells along the longest side.
 
     The grid is evaluated in slabs, and only in bricks that the surface may cross, so memory stays small. A surface that

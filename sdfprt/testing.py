@@ -33,7 +33,9 @@ def assert_image(request: pytest.FixtureRequest) -> Callable[..., None]:
             pytest.fail("assert_image needs psnr=, flip= or both", pytrace=False)
         picture = np.asarray(picture, np.float32)
         if not np.isfinite(picture).all():
-            pytest.fail(f"{name}: {int((~np.isfinite(picture)).any(axis=2).sum())} pixels are not finite", pytrace=False)
+            pytest.fail(
+                f"{name}: {int((~np.isfinite(picture)).any(axis=2).sum())} pixels are not finite", pytrace=False
+            )
         golden = Path(request.path).parent / "images" / f"{name}.exr"
         if request.config.getoption("--update-images"):
             golden.parent.mkdir(exist_ok=True)
@@ -66,9 +68,12 @@ def _report(folder: Path, name: str, ours: np.ndarray, golden: np.ndarray, found
     image.write(folder / f"{name}-golden.png", golden)
     metrics.write_heatmap(folder / f"{name}-flip.png", ours, golden)
     cells = "".join(
-        f'<figure><img src="{name}-{part}.png"><figcaption>{part}</figcaption></figure>' for part in ("ours", "golden", "flip")
+        f'<figure><img src="{name}-{part}.png"><figcaption>{part}</figcaption></figure>'
+        for part in ("ours", "golden", "flip")
     )
     numbers = ", ".join(f"{key} {value:.4g}" for key, value in found.items())
     page = folder / f"{name}-report.html"
-    page.write_text(f"<!doctype html><title>{name}</title><style>figure{{display:inline-block}}</style><h1>{name}</h1><p>{numbers}</p>{cells}")
+    page.write_text(
+        f"<!doctype html><title>{name}</title><style>figure{{display:inline-block}}</style><h1>{name}</h1><p>{numbers}</p>{cells}"
+    )
     return page

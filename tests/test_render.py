@@ -127,10 +127,10 @@ def test_without_opengl_there_is_one_clear_error(monkeypatch):
         render.context.__wrapped__()
 
 
-def test_a_distance_that_is_not_finite_is_an_error():
+def test_colours_that_are_not_finite_are_an_error():
     scene = Scene(
         glsl="float sdf(vec3 p) { return length(p) - 0.5; }"
-        "vec3 albedo(vec3 p, vec3 n) { return vec3(sqrt(-1.0 - p.x * p.x)); }"
+        "vec3 albedo(vec3 p, vec3 n) { return vec3(exp(200.0 + p.x)); }"
     )
     with pytest.raises(SdfprtError, match="not finite"):
         render.frame(scene, NET, LIGHT, Diffuse(), size=(8, 8))

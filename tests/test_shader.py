@@ -48,13 +48,15 @@ def test_the_shaders_network_is_the_networks_own(width, layers, bands, octaves):
             network(texelFetch(points, ivec2(at, 0), 0).xyz, texelFetch(points, ivec2(at, 1), 0).xyz, transfer);
             result = transfer[quad];
         }"""
-    text = "\n".join(
-        ["#version 430", shader.defines(net, Variant(1)), shader.weights_text(net), shader.piece("network"), main]
-    )
+    text = "\n".join(["#version 430", shader.defines(net, Variant(1)), shader.piece("network"), main])
     gl = render.context()
     program = gl.program(vertex_shader=f"#version 430\n{shader.piece('vertex')}", fragment_shader=text)
     scale = np.pad(net.scale, (0, -len(net.scale) % 4))
     render.give(program, networkCenter=net.center, networkExtent=net.extent, networkScale=scale, once=1, points=0)
+    weights = shader.weights_texture(net)
+    held = gl.texture(weights.shape[1::-1], 4, weights.tobytes(), dtype="f4")
+    held.use(1)
+    render.give(program, networkWeights=1)
     rng = np.random.default_rng(1)
     points = rng.uniform(-1, 1, (64, 3)).astype(np.float32)
     normals = rng.normal(size=(64, 3)).astype(np.float32)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from sdfprt import Camera, Scene, SdfprtError, compute_transfer, native, sample_surface, sh, trace
+from sdfprt import Camera, Scene, SdfprtError, compute_transfer, native, sample_surface, settings, sh, trace
 from sdfprt.surface import mesh
 from sdfprt.transfer import unshadowed
 
@@ -126,13 +126,15 @@ def test_packets_agree_with_a_plain_march(scene: Scene):
     disc = b * b - ((o - BALL) ** 2).sum(1) + RADIUS**2
     down = (d[:, 1] < 0) & (np.abs((o + d * ((-0.5 - o[:, 1]) / d[:, 1])[:, None])[:, [0, 2]]).max(axis=1) < 1)
     blocked = ((disc > 0) & (-b - np.sqrt(np.maximum(disc, 0)) > 0)) | down
-    assert (fast == ~blocked).mean() > 0.997
+    # Half a pixel of silhouette: rays that pass the ball within the lift of their origin, and the plane's rim
+    close = np.abs(disc) < 4 * settings.Trace.lift * scene.diagonal
+    assert (fast == ~blocked)[~close].mean() > 0.997
 
 
 def test_wrong_arguments_are_refused(scene: Scene):
     p = np.zeros((3, 3), np.float32)
-    with pytest.raises(SdfprtError, match="shape|both must"):
-        compute_transfer(scene, p, p[:2])
+    with pytest.raises(SdfprtError, match="not finite"):
+        compute_transfer(scene, p * np.float32(np.nan), p)
     with pytest.raises(SdfprtError, match="bands"):
         compute_transfer(scene, p, p, bands=9)
 

@@ -160,9 +160,7 @@ class _Shape:
         step = np.asarray(offset, float)
         low, high = self.bounds
         kind = f"vec{len(low)}"
-        return self._with(
-            lambda w, p: self.write(w, w.let(kind, f"{p} - {vector(step)}")), (low + step, high + step)
-        )
+        return self._with(lambda w, p: self.write(w, w.let(kind, f"{p} - {vector(step)}")), (low + step, high + step))
 
     def scale(self, factor: float):
         """Enlarge about the origin, alike in all directions; distances stay exact."""
@@ -226,7 +224,9 @@ class Solid(_Shape):
 
         low, high = self.bounds
         if not np.all(np.isfinite([low, high])):
-            raise SdfprtError("csg: the solid is infinite; intersect it with a box, or give Scene(glsl=..., bounds=...)")
+            raise SdfprtError(
+                "csg: the solid is infinite; intersect it with a box, or give Scene(glsl=..., bounds=...)"
+            )
         grow = margin * float(np.linalg.norm(high - low))
         bounds = (tuple((low - grow).tolist()), tuple((high + grow).tolist()))
         return Scene(**{"glsl": self.glsl, "bounds": bounds, **settings})
@@ -391,7 +391,7 @@ def leaf(kind: type, library: str, function: str, arguments: Sequence[float | Ve
 def custom(snippet: str, call: str, bounds: tuple[Vector, Vector]) -> Solid:
     """A node of your own: `snippet` is GLSL text, `call` the expression of the distance with `{p}` for the point.
 
-        custom("float egg(vec3 p) { return length(p * vec3(1, .8, 1)) - .4; }", "egg({p})", ((-.5,) * 3, (.5,) * 3))
+    custom("float egg(vec3 p) { return length(p * vec3(1, .8, 1)) - .4; }", "egg({p})", ((-.5,) * 3, (.5,) * 3))
     """
 
     def write(w: Writer, p: str) -> str:

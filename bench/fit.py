@@ -53,9 +53,7 @@ def paper(train: Samples, held: Samples, scene: Scene, width: int, epochs: int, 
 def ours(train: Samples, held: Samples, scene: Scene, width: int, steps: int) -> tuple[float, float]:
     """Validation RMSE and seconds of `fit_transfer`."""
     start = time.perf_counter()
-    net = fit_transfer(
-        *train, width=width, steps=steps, center=scene.center, extent=scene.extent, validation=held, device="cpu"
-    )
+    net = fit_transfer(*train, width=width, steps=steps, center=scene.center, extent=scene.extent, validation=held, device="cpu")
     return net.info["validation_rmse"], time.perf_counter() - start
 
 
@@ -75,9 +73,7 @@ def main() -> None:
     parser.add_argument("--rays", type=int, default=settings.Transfer.rays)
     parser.add_argument("--epochs", type=int, default=200)
     parser.add_argument("--width", type=int, default=settings.Network.width)
-    parser.add_argument(
-        "--steps", type=int, nargs="+", default=[250, 500, 1000, 2000, 4000, 8000], help="what ours tries"
-    )
+    parser.add_argument("--steps", type=int, nargs="+", default=[250, 500, 1000, 2000, 4000, 8000], help="what ours tries")
     parser.add_argument("-o", "--output", type=Path, default=Path("out/fit"), help="folder")
     args = parser.parse_args()
     args.output.mkdir(parents=True, exist_ok=True)
@@ -96,9 +92,7 @@ def main() -> None:
 
     reached = rows[-1]["rmse"] <= goal
     ratio = f"{slow / rows[-1]['seconds']:.1f}x sooner" if reached else "not reached: give --steps more"
-    setting = (
-        f"{scene.name}, k={args.width}, {args.points} points of {args.rays} rays, one thread, {platform.machine()}"
-    )
+    setting = f"{scene.name}, k={args.width}, {args.points} points of {args.rays} rays, one thread, {platform.machine()}"
     lines = [
         f"{ratio}: equal validation error of T ({setting})",
         "",

@@ -50,9 +50,7 @@ def main() -> None:
         mean, variance, hit = theirs
         both = mask & hit
         floor = 10 * np.log10(np.percentile(mean[both], 99.9) ** 2 / max(variance[both].mean(), 1e-30))
-        rows.append(
-            {"scene": which, "what": what, "psnr": psnr(ours, mean, both), "mitsuba_noise": float(floor), **more}
-        )
+        rows.append({"scene": which, "what": what, "psnr": psnr(ours, mean, both), "mitsuba_noise": float(floor), **more})
         print(json.dumps(rows[-1]), flush=True)
 
     for source in args.scenes:

@@ -28,9 +28,7 @@ class Asset:
         """Raise SdfprtError where this asset was baked for another surface."""
         if self.scene_hash != scene.hash:
             where = self.path or "this asset"
-            raise SdfprtError(
-                f"{where}: baked for another SDF than {scene.file} (or for an earlier text of it); bake it again"
-            )
+            raise SdfprtError(f"{where}: baked for another SDF than {scene.file} (or for an earlier text of it); bake it again")
 
     def save(self, path: str | Path) -> None:
         """Write a safetensors file, whole or not at all."""

@@ -4,7 +4,7 @@ import json
 import sys
 import time
 from dataclasses import asdict
-from enum import Enum
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=__doc__)
 
 
-class Backend(str, Enum):
+class Backend(StrEnum):
     """Where the network is evaluated."""
 
     glsl = "glsl"
     torch = "torch"
 
 
-class Switch(str, Enum):
+class Switch(StrEnum):
     """auto: on for pictures (PNG), off for measurements (EXR)."""
 
     auto = "auto"
@@ -61,17 +61,15 @@ DEFAULT_SIZE = f"{settings.Render.width}x{settings.Render.height}"
 DEFAULT_LIGHT = "sky_afternoon"
 
 
-def _numbers(text: str | None, flag: str, count: int = 3) -> tuple[float, ...] | None:
+def _numbers(text: str | None, flag: str) -> tuple[float, float, float] | None:
     """Parse `0.1,0.2,0.3`; None stays None."""
     if text is None:
         return None
     try:
-        values = tuple(float(part) for part in text.split(","))
+        first, second, third = (float(part) for part in text.split(","))
     except ValueError:
-        values = ()
-    if len(values) != count:
-        raise SdfprtError(f"{flag} {text}: expected {count} numbers with commas between them, such as 0.8,0.6,0.2")
-    return values
+        raise SdfprtError(f"{flag} {text}: expected 3 numbers with commas between them, such as 0.8,0.6,0.2") from None
+    return first, second, third
 
 
 def _size(text: str) -> tuple[int, int]:
@@ -202,9 +200,7 @@ def bake(
 def render(
     scene: SceneName,
     output: Output,
-    asset: Annotated[
-        Path | None, typer.Option(help="A baked .safetensors file; default: shipped, cached or baked.")
-    ] = None,
+    asset: Annotated[Path | None, typer.Option(help="A baked .safetensors file; default: shipped, cached or baked.")] = None,
     light: LightName = DEFAULT_LIGHT,
     yaw: Yaw = 0.0,
     material: MaterialName = None,
@@ -266,9 +262,7 @@ def reference(
     size: Size = DEFAULT_SIZE,
     samples: Samples = settings.Render.samples,
     spp: Annotated[int, typer.Option(min=1, help="Light paths a pixel.")] = settings.Reference.spp,
-    bounces: Annotated[
-        int, typer.Option(min=0, help="Interreflections; 0 is direct light.")
-    ] = settings.Reference.bounces,
+    bounces: Annotated[int, typer.Option(min=0, help="Interreflections; 0 is direct light.")] = settings.Reference.bounces,
     exposure: Annotated[float, typer.Option(help="PNG only.")] = settings.Render.exposure,
     seed: int = 0,
 ) -> None:

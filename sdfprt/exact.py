@@ -90,9 +90,7 @@ def exact(
     result_bands: int | None = None,
 ) -> Float[ndarray, "h w 3"]:
     """What `render` would show if its network made no error: (H, W, 3), linear radiance, black where nothing is hit."""
-    fine = view(scene, camera, size, bands, rays, samples).shade(
-        light, material or scene.material, light_bands, result_bands
-    )
+    fine = view(scene, camera, size, bands, rays, samples).shade(light, material or scene.material, light_bands, result_bands)
     return fine.reshape(size[1], samples, size[0], samples, 3).mean(axis=(1, 3))
 
 

@@ -49,9 +49,7 @@ class Light:
             return cls(_generated(str(source)), str(source))
         path = Path(source)
         if not path.is_file():
-            raise SdfprtError(
-                f"{source}: no such light; there are {', '.join(_LIBRARY)}, or give an .exr, .hdr or .png file"
-            )
+            raise SdfprtError(f"{source}: no such light; there are {', '.join(_LIBRARY)}, or give an .exr, .hdr or .png file")
         picture = image.read(path)
         rgb, warnings = picture.rgb, list(picture.warnings)
         bad = int((~np.isfinite(rgb)).any(axis=2).sum())

@@ -24,9 +24,7 @@ class Diffuse:
 
     def evaluate(self, normals: ndarray, incoming: ndarray, outgoing: ndarray) -> Float[ndarray, "n 3"]:
         """BRDF at unit directions that point away from the surface, each (N, 3)."""
-        return np.broadcast_to(
-            np.asarray(self.albedo) / np.pi, np.broadcast_shapes(incoming.shape, normals.shape)
-        ).copy()
+        return np.broadcast_to(np.asarray(self.albedo) / np.pi, np.broadcast_shapes(incoming.shape, normals.shape)).copy()
 
 
 @dataclass(frozen=True)

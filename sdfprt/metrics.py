@@ -33,7 +33,7 @@ def compare(
     `b` is the reference. `peak` defaults to its largest value (1 when `tone_mapped`). Raises SdfprtError for shapes that differ.
     """
     x, y = _check(a, b, mask)
-    finite = np.isfinite(x).all(axis=2) & np.isfinite(y).all(axis=2)
+    finite: ndarray = np.isfinite(x).all(axis=2) & np.isfinite(y).all(axis=2)
     x, y = (np.where(finite[..., None], v, 0.0) for v in (x, y))
     if tone_mapped:
         x, y = (image.srgb_encode(image.tone_map(v)).astype(float) for v in (x, y))
@@ -58,7 +58,8 @@ def _ssim(x: ndarray, y: ndarray, use: ndarray, peak: float) -> float:
     side = min(7, *x.shape[:2])
     if side < 3:
         return float("nan")
-    _, full = structural_similarity(x, y, data_range=peak, channel_axis=2, full=True, win_size=side - 1 + side % 2)
+    both = structural_similarity(x, y, data_range=peak, channel_axis=2, full=True, win_size=side - 1 + side % 2)
+    full = np.asarray(both[1])
     return float(np.mean(full[use]))
 
 
@@ -79,6 +80,4 @@ def write_heatmap(path: str | Path, a: Float[ndarray, "h w 3"], b: Float[ndarray
     x, y = _check(a, b, None)
     error = flip_map(image.tone_map(x), image.tone_map(y))
     with image.atomic_write(path) as temporary:
-        iio.imwrite(
-            temporary, (colormaps["magma"](np.clip(error, 0, 1))[..., :3] * 255).astype(np.uint8), extension=".png"
-        )
+        iio.imwrite(temporary, (colormaps["magma"](np.clip(error, 0, 1))[..., :3] * 255).astype(np.uint8), extension=".png")

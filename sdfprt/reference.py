@@ -119,9 +119,7 @@ class _Sums:
 class _Tracer:
     """The kernel of one scene with its constant arguments on the device."""
 
-    def __init__(
-        self, scene: Scene, light: Light, material: Material, origin: ndarray, directions: ndarray, bounces: int
-    ) -> None:
+    def __init__(self, scene: Scene, light: Light, material: Material, origin: ndarray, directions: ndarray, bounces: int) -> None:
         height, width = light.pixels.shape[:2]
         rows, columns = light.distribution
         in_row = np.diff(columns, axis=1, prepend=0)

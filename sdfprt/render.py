@@ -217,11 +217,7 @@ def tiles(size: tuple[int, int], samples: int) -> list[tuple[int, int, int, int]
     """Tiles of a picture of `size` pixels, as x, y, width, height in samples; whole pixels each."""
     side = max(_TILE // samples, 1) * samples
     width, height = size[0] * samples, size[1] * samples
-    return [
-        (x, y, min(side, width - x), min(side, height - y))
-        for y in range(0, height, side)
-        for x in range(0, width, side)
-    ]
+    return [(x, y, min(side, width - x), min(side, height - y)) for y in range(0, height, side) for x in range(0, width, side)]
 
 
 def trace_tile(scene: Scene, camera: Camera, tile: tuple[int, int, int, int], whole: tuple[int, int]) -> Target:

@@ -89,9 +89,7 @@ def name(material: Material) -> str:
     return "+".join(parts)
 
 
-def split(
-    material: Material, width: int, drawn: ndarray, network: ndarray, fine: ndarray, truth: ndarray, mask: ndarray
-) -> Split:
+def split(material: Material, width: int, drawn: ndarray, network: ndarray, fine: ndarray, truth: ndarray, mask: ndarray) -> Split:
     """The three parts of drawn - truth; pictures (H, W, 3)."""
     peak = peak_of(truth, mask)
     whole = (drawn - truth)[mask].astype(float)
@@ -170,8 +168,7 @@ def _gallery(title: str, pictures: dict[str, ndarray]) -> str:
         error = metrics.flip_map(image.tone_map(picture), image.tone_map(truth))
         heat = colormaps["magma"](np.clip(error, 0, 1))[..., :3]
         cells.append(
-            f"<figure>{_png(shown)}{_png(heat)}<figcaption>{html.escape(caption)}<br>"
-            f"FLIP {error.mean():.4f}</figcaption></figure>"
+            f"<figure>{_png(shown)}{_png(heat)}<figcaption>{html.escape(caption)}<br>FLIP {error.mean():.4f}</figcaption></figure>"
         )
     return f"<h2>{html.escape(title)}</h2><div>{''.join(cells)}</div>"
 

@@ -55,9 +55,7 @@ class Scene:
     def __post_init__(self) -> None:
         low, high = np.asarray(self.bounds, float)
         if not (np.isfinite([low, high]).all() and (high > low).all()):
-            raise SdfprtError(
-                f"{self.file}: bounds {self.bounds} are no box; give ((x0,y0,z0),(x1,y1,z1)) with x0 < x1"
-            )
+            raise SdfprtError(f"{self.file}: bounds {self.bounds} are no box; give ((x0,y0,z0),(x1,y1,z1)) with x0 < x1")
         if not 0 < self.step <= 1:
             raise SdfprtError(f"{self.file}: step {self.step} must be above 0 and at most 1")
         if self.camera is None:
@@ -86,9 +84,7 @@ class Scene:
         if path.is_file():
             scene = cls(glsl=_read(path), name=path.stem, file=path.name, folder=path.resolve().parent)
             return scene._measured({})
-        raise SdfprtError(
-            f"{source}: no such scene; there are {', '.join(library())}, or give a .glsl file or a scene folder"
-        )
+        raise SdfprtError(f"{source}: no such scene; there are {', '.join(library())}, or give a .glsl file or a scene folder")
 
     def _measured(self, given: dict) -> Scene:
         """The scene with bounds, offset and step by measurement where `given` has none."""
@@ -209,9 +205,7 @@ def _native(spirv: bytes, struct: str, inputs: tuple[str, ...], function: str, o
     single = len(outputs) == 1
     feed = [f"    g.v{find['sdfprt_point']}[{k}] = {name};" for k, name in enumerate(inputs[:3])]
     feed += [f"    g.v{find['sdfprt_normal']}[{k}] = {name};" for k, name in enumerate(inputs[3:])]
-    parameters = ", ".join(
-        [*(f"F {name}" for name in inputs), "M live", *(() if single else (f"F& {o}" for o in outputs))]
-    )
+    parameters = ", ".join([*(f"F {name}" for name in inputs), "M live", *(() if single else (f"F& {o}" for o in outputs))])
     result = f"g.v{find['sdfprt_out']}"
     # Loops that use up their turns have no answer
     value = f"sel(mask(g.budget < 0), as_F(splat(0x7fc00000)), {result}[0])" if "g.budget" in body else f"{result}[0]"
@@ -254,12 +248,13 @@ def _settings(path: Path) -> dict:
             if key in toml:
                 found[key] = float(toml[key])
         if "camera" in toml:
-            places = {k: tuple(map(float, v)) if k != "fov" else float(v) for k, v in toml["camera"].items()}
-            found["camera"] = Camera(**places)
+            camera: dict = {k: tuple(map(float, v)) if k != "fov" else float(v) for k, v in toml["camera"].items()}
+            found["camera"] = Camera(**camera)
         if "material" in toml:
             settings = dict(toml["material"])
             kind = settings.pop("kind", "diffuse")
-            found["material"] = parse_material(kind, **{k: tuple(map(float, v)) for k, v in settings.items()})
+            colours: dict = {k: tuple(map(float, v)) for k, v in settings.items()}
+            found["material"] = parse_material(kind, **colours)
         found["defines"] = toml.get("defines", {})
     except (tomllib.TOMLDecodeError, TypeError, ValueError) as error:
         raise SdfprtError(f"{file}: {error}") from None

@@ -151,9 +151,7 @@ def global_names(text: str) -> set[str]:
     # What is left of a statement is `qualifiers type name, name = value, name @`
     names: set[str] = set()
     for statement in re.split(r";|(?<=@ )\s*(?=\w+\s+\w+\s*@)", bare):
-        head = re.match(
-            r"(?:\s|@)*(?:(?:const|uniform|layout|in|out|flat|struct)\b[\s@]*)*\w+\s+(.*)", statement, flags=re.S
-        )
+        head = re.match(r"(?:\s|@)*(?:(?:const|uniform|layout|in|out|flat|struct)\b[\s@]*)*\w+\s+(.*)", statement, flags=re.S)
         if head:
             names |= {found[1] for part in head[1].split(",") if (found := re.match(r"\s*([A-Za-z_]\w*)", part))}
     return names
@@ -164,9 +162,5 @@ def _renamed(ours: str, users: str) -> str:
     bare = without_comments(users)
     macros = set(re.findall(r"^[ \t]*#[ \t]*define[ \t]+(\w+)", bare, flags=re.M))
     ended = [f"#undef {name}" for name in sorted(set(re.findall(r"^#define (\w+)", ours, flags=re.M)))]
-    names = (
-        (global_names(ours) & set(re.findall(r"\b\w+\b", bare)))
-        - macros
-        - {"sdfprt_distance", "albedo", "exponent", "main"}
-    )
+    names = (global_names(ours) & set(re.findall(r"\b\w+\b", bare))) - macros - {"sdfprt_distance", "albedo", "exponent", "main"}
     return "\n".join([*ended, *(f"#define {name} sdfprt_user_{name}" for name in sorted(names))])

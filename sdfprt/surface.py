@@ -23,9 +23,7 @@ class Surface:
     normals: Float[ndarray, "n 3"]
 
 
-def mesh(
-    scene: Scene, resolution: int = settings.Surface.resolution
-) -> tuple[Float[ndarray, "v 3"], Int[ndarray, "f 3"]]:
+def mesh(scene: Scene, resolution: int = settings.Surface.resolution) -> tuple[Float[ndarray, "v 3"], Int[ndarray, "f 3"]]:
     """Triangles of the surface inside the bounds; `resolution` cells along the longest side.
 
     The grid is evaluated in slabs, and only in bricks that the surface may cross, so memory stays small. A surface that
@@ -46,7 +44,7 @@ def mesh(
                 smallest = (found[2], found[3])
             if grid.min() < 0 < grid.max():
                 v, f, _, _ = marching_cubes(grid, 0.0)
-                vertices.append((v + (first, 0, 0)) * spacing + origin)
+                vertices.append((v + np.array([first, 0, 0])) * spacing + origin)
                 faces.append(f + total)
                 total += len(v)
             advance(1)

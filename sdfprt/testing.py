@@ -33,9 +33,7 @@ def assert_image(request: pytest.FixtureRequest) -> Callable[..., None]:
             pytest.fail("assert_image needs psnr=, flip= or both", pytrace=False)
         picture = np.asarray(picture, np.float32)
         if not np.isfinite(picture).all():
-            pytest.fail(
-                f"{name}: {int((~np.isfinite(picture)).any(axis=2).sum())} pixels are not finite", pytrace=False
-            )
+            pytest.fail(f"{name}: {int((~np.isfinite(picture)).any(axis=2).sum())} pixels are not finite", pytrace=False)
         golden = Path(request.path).parent / "images" / f"{name}.exr"
         if request.config.getoption("--update-images"):
             golden.parent.mkdir(exist_ok=True)
@@ -50,7 +48,7 @@ def assert_image(request: pytest.FixtureRequest) -> Callable[..., None]:
         low = psnr is not None and found["psnr"] < psnr
         high = flip is not None and found["flip"] > flip
         if low or high:
-            page = _report(Path(request.config.getoption("--image-report")), name, picture, expected, found)
+            page = _report(Path(str(request.config.getoption("--image-report"))), name, picture, expected, found)
             pytest.fail(
                 f"{name}: PSNR {found['psnr']:.2f} dB (wanted {psnr}), FLIP {found['flip']:.4f} (wanted {flip}); see {page}",
                 pytrace=False,
@@ -68,8 +66,7 @@ def _report(folder: Path, name: str, ours: np.ndarray, golden: np.ndarray, found
     image.write(folder / f"{name}-golden.png", golden)
     metrics.write_heatmap(folder / f"{name}-flip.png", ours, golden)
     cells = "".join(
-        f'<figure><img src="{name}-{part}.png"><figcaption>{part}</figcaption></figure>'
-        for part in ("ours", "golden", "flip")
+        f'<figure><img src="{name}-{part}.png"><figcaption>{part}</figcaption></figure>' for part in ("ours", "golden", "flip")
     )
     numbers = ", ".join(f"{key} {value:.4g}" for key, value in found.items())
     page = folder / f"{name}-report.html"

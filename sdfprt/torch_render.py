@@ -109,9 +109,7 @@ def frame(
         fine = np.zeros((height, width, 4), np.float32)
         transfer = network.predict(points, normals)
         outgoing = -seen[mask]
-        fine[mask, :3] = shading.shade(
-            transfer, normals, outgoing, coefficients, material, result_bands, albedo, exponent
-        )
+        fine[mask, :3] = shading.shade(transfer, normals, outgoing, coefficients, material, result_bands, albedo, exponent)
         fine[mask, 3] = 1
         if background:
             fine[~mask, :3] = light.radiance(seen[~mask])

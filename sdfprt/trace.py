@@ -57,9 +57,7 @@ def hit(scene: Scene, origins: Float[ndarray, "*n 3"], directions: Float[ndarray
 
 def visible(scene: Scene, origins: Float[ndarray, "*n 3"], directions: Float[ndarray, "n 3"]) -> Bool[ndarray, "n"]:
     """Whether each ray leaves the bounds without meeting the surface. Origins lie off the surface (see `lifted`)."""
-    return (
-        _rays(scene, "visible.h", np.broadcast_to(origins, directions.shape), directions, settings.Trace.epsilon) > 0.5
-    )
+    return _rays(scene, "visible.h", np.broadcast_to(origins, directions.shape), directions, settings.Trace.epsilon) > 0.5
 
 
 def lifted(scene: Scene, points: Float[ndarray, "n 3"], normals: Float[ndarray, "n 3"]) -> Float[ndarray, "n 3"]:

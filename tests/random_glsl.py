@@ -173,9 +173,7 @@ class Writer:
             lambda: f"({e('uint')} {self.pick('<', '>', '==', '!=')} {e('uint')})",
             lambda: f"({e()} {self.pick('&&', '||', '^^')} {e()})",
             lambda: f"!{e()}",
-            lambda: (
-                f"{self.pick('any', 'all')}({self.pick('lessThan', 'greaterThan')}({e('vec3')}, {e('vec3')} + 0.0137))"
-            ),
+            lambda: f"{self.pick('any', 'all')}({self.pick('lessThan', 'greaterThan')}({e('vec3')}, {e('vec3')} + 0.0137))",
             lambda: f"({e('ivec2')} {self.pick('==', '!=')} {e('ivec2')})",
             lambda: f"({e('bool')} ? {e()} : {e()})",
         ]
@@ -337,9 +335,7 @@ class Writer:
         self.scopes.append({})
         counter = self.new("int")
         self.fixed.add(counter)
-        bound = self.pick(
-            str(self.random.randint(1, 5)), f"(2 + ({self.expression('int', 1).replace(counter, '3')} & 3))"
-        )
+        bound = self.pick(str(self.random.randint(1, 5)), f"(2 + ({self.expression('int', 1).replace(counter, '3')} & 3))")
         form = self.pick("for", "while", "do")
         if form == "for":
             self.lines.append(f"for (int {counter} = 0; {counter} < {bound}; {counter}++) {{")

@@ -63,8 +63,7 @@ def corpus() -> dict[str, float]:
     scenes = [Scene.load(path) for path in CORPUS]
     ours = distances(scenes, points)
     return {
-        path.name: agreement(mine, opengl.distance(scene, points))
-        for path, scene, mine in zip(CORPUS, scenes, ours, strict=True)
+        path.name: agreement(mine, opengl.distance(scene, points)) for path, scene, mine in zip(CORPUS, scenes, ours, strict=True)
     }
 
 

@@ -33,9 +33,7 @@ def test_yaw_turns_the_light_right_handed_about_y():
 def test_rotating_the_light_equals_rotating_its_coefficients():
     light = Light(_spot((0.3, 0.5, 0.8)))
     turned = light.rotated(yaw=50)
-    again = Light(
-        sphere.latlong_lookup(light.pixels, sphere.latlong_directions(64, 128) @ turned.rotation).astype(np.float32)
-    )
+    again = Light(sphere.latlong_lookup(light.pixels, sphere.latlong_directions(64, 128) @ turned.rotation).astype(np.float32))
     # The second map was resampled once: its texels are 2.8 degrees wide
     np.testing.assert_allclose(turned.sh(4), again.sh(4), rtol=0, atol=2e-3)
 
@@ -88,9 +86,7 @@ def test_a_cube_map_and_its_latlong_agree(tmp_path):
         d = np.asarray(face) + grid[None, :, None] * np.asarray(right) + grid[:, None, None] * np.asarray(down)
         faces.append(sphere.latlong_lookup(_spot((0.5, 0.4, -0.7)), d / np.linalg.norm(d, axis=-1, keepdims=True)))
     image.write(tmp_path / "cube.exr", np.concatenate(faces, axis=1))
-    np.testing.assert_allclose(
-        Light.load(tmp_path / "cube.exr").sh(3), Light(_spot((0.5, 0.4, -0.7))).sh(3), rtol=0, atol=3e-3
-    )
+    np.testing.assert_allclose(Light.load(tmp_path / "cube.exr").sh(3), Light(_spot((0.5, 0.4, -0.7))).sh(3), rtol=0, atol=3e-3)
 
 
 def test_radiance_files_are_read(tmp_path):
@@ -98,9 +94,7 @@ def test_radiance_files_are_read(tmp_path):
     rows[..., 0], rows[..., 1], rows[..., 2], rows[..., 3] = 128, 64, 32, 129  # 128/256 * 2 = 1, 0.5, 0.25
     (tmp_path / "flat.hdr").write_bytes(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n" + rows.tobytes())
     # Half a step of the mantissa is added: 1/256
-    np.testing.assert_allclose(
-        image.read(tmp_path / "flat.hdr").rgb[0, 0], [1.0, 0.5, 0.25], rtol=0, atol=1 / 256 + 1e-6
-    )
+    np.testing.assert_allclose(image.read(tmp_path / "flat.hdr").rgb[0, 0], [1.0, 0.5, 0.25], rtol=0, atol=1 / 256 + 1e-6)
 
 
 def test_faulty_lights_are_one_clear_error(tmp_path):
@@ -137,6 +131,4 @@ def test_coefficients_match_direct_projection_of_scipy_free_sum():
     light = Light(_spot((0.1, -0.4, 0.9)))
     d = sphere.latlong_directions(64, 128).reshape(-1, 3)
     weights = np.repeat(sphere.latlong_solid_angles(64, 128), 128, axis=1).reshape(-1, 1)
-    np.testing.assert_allclose(
-        light.sh(3), sh.basis(d, 3).T @ (light.pixels.reshape(-1, 3) * weights), rtol=0, atol=1e-6
-    )
+    np.testing.assert_allclose(light.sh(3), sh.basis(d, 3).T @ (light.pixels.reshape(-1, 3) * weights), rtol=0, atol=1e-6)

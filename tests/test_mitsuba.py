@@ -82,7 +82,7 @@ def test_reference_and_mitsuba_differ_by_their_noise(material: Material, bounces
 
 def test_exact_transfer_under_band_limited_light_is_mitsuba_s_picture():
     light = Light.load("studio").band_limited(4, height=64)
-    theirs, variance, hit = _shot(light, Diffuse(), 2048)
+    theirs, _, hit = _shot(light, Diffuse(), 2048)
     ours = exact.exact(SCENE, light, Diffuse(), size=SIZE, bands=4, rays=2048)
     both = hit & (ours.sum(axis=2) > 0)
     assert _psnr(ours, theirs, both) > 43  # their noise: 10 log10(peak^2 / variance) is about 46

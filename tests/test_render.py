@@ -90,10 +90,7 @@ def test_turning_light_camera_and_colours_compiles_nothing():
 
 def test_the_scenes_own_albedo_and_exponent_are_used():
     base = "float sdf(vec3 p) { return length(p) - 0.6; }\n"
-    own = (
-        base
-        + "vec3 albedo(vec3 p, vec3 n) { return vec3(0.2, 0.4, 0.6); }\nfloat exponent(vec3 p, vec3 n) { return 6.0; }"
-    )
+    own = base + "vec3 albedo(vec3 p, vec3 n) { return vec3(0.2, 0.4, 0.6); }\nfloat exponent(vec3 p, vec3 n) { return 6.0; }"
     a = render.frame(Scene(glsl=own), NET, LIGHT, DiffusePhong(), size=(20, 20))
     b = render.frame(Scene(glsl=base), NET, LIGHT, DiffusePhong((0.2, 0.4, 0.6), 6.0), size=(20, 20))
     np.testing.assert_allclose(a.rgb, b.rgb, rtol=0, atol=1e-6)
@@ -129,8 +126,7 @@ def test_without_opengl_there_is_one_clear_error(monkeypatch):
 
 def test_colours_that_are_not_finite_are_an_error():
     scene = Scene(
-        glsl="float sdf(vec3 p) { return length(p) - 0.5; }"
-        "vec3 albedo(vec3 p, vec3 n) { return vec3(exp(200.0 + p.x)); }"
+        glsl="float sdf(vec3 p) { return length(p) - 0.5; }vec3 albedo(vec3 p, vec3 n) { return vec3(exp(200.0 + p.x)); }"
     )
     with pytest.raises(SdfprtError, match="not finite"):
         render.frame(scene, NET, LIGHT, Diffuse(), size=(8, 8))

@@ -54,7 +54,7 @@ def test_defines_replace_what_the_host_would_set() -> None:
 
 
 def test_slope_of_a_scaled_distance_is_the_scale() -> None:
-    box = ((-1.0,) * 3, (1.0,) * 3)
+    box = ((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
     for scale in (0.25, 1.0, 1.4):
         found = field.slope(lambda p, s=scale: s * (np.linalg.norm(p, axis=1) - 0.5), box)
         assert found == pytest.approx(scale, rel=0.01)

@@ -32,9 +32,7 @@ def test_each_piece_compiles_alone(path, tmp_path):
         assert done.returncode == 0, done.stdout
 
 
-@pytest.mark.parametrize(
-    ("width", "layers", "bands", "octaves"), [(16, 3, 4, (2, 1)), (20, 2, 3, (3, 0)), (8, 5, 1, (0, 2))]
-)
+@pytest.mark.parametrize(("width", "layers", "bands", "octaves"), [(16, 3, 4, (2, 1)), (20, 2, 3, (3, 0)), (8, 5, 1, (0, 2))])
 def test_the_shaders_network_is_the_networks_own(width, layers, bands, octaves):
     net = nets.random_net(width, layers, bands, octaves)
     quads = -(-(bands * bands) // 4)

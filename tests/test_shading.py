@@ -33,8 +33,7 @@ def test_glossy_is_the_lobe_integrated_over_light_times_transfer():
     cosine = mirrored @ directions.T
     zonal = Phong(8.0).zonal(bands)
     lobe = sum(
-        zonal[b] * np.sqrt((2 * b + 1) / (4 * np.pi)) * np.polynomial.legendre.Legendre.basis(b)(cosine)
-        for b in range(bands)
+        zonal[b] * np.sqrt((2 * b + 1) / (4 * np.pi)) * np.polynomial.legendre.Legendre.basis(b)(cosine) for b in range(bands)
     )
     expected = np.maximum(np.einsum("nd,ndc,d->nc", lobe, product, weights), 0)
     got = shading.shade(T, n, o, L, Phong(8.0), result_bands=bands)

@@ -143,7 +143,8 @@ def test_transfer_kernels_compile_for_cuda(scene: Scene, tmp_path):
     flat = wp.array(dtype=float)
     kernel = native.build(
         scene.native, ("trace.h", "visible.h"),
-        {"origins": flat, "directions": flat, "out": flat, "box": flat, "near": float, "step": float, "relaxation": float, "steps": int},
+        {"origins": flat, "directions": flat, "out": flat, "box": flat, 
+         "near": float, "step": float, "relaxation": float, "steps": int},
     )  # fmt: skip
     wp.compile_aot_module(kernel.module, arch=86, module_dir=str(tmp_path), use_ptx=True)
     assert any(tmp_path.iterdir())

@@ -34,9 +34,7 @@ def test_goldens_are_kept_compared_and_reported(pytester: pytest.Pytester):
 
 
 def test_a_picture_that_is_not_finite_fails(pytester: pytest.Pytester):
-    pytester.makepyfile(
-        "import numpy as np\ndef test_it(assert_image): assert_image(np.full((4, 4, 3), np.nan), 'x', psnr=1)"
-    )
+    pytester.makepyfile("import numpy as np\ndef test_it(assert_image): assert_image(np.full((4, 4, 3), np.nan), 'x', psnr=1)")
     result = pytester.runpytest_subprocess("-p", "no:cacheprovider")
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(["*not finite*"])

@@ -27,7 +27,7 @@ def half_plane(normal: Vector = (0, 1), offset: float = 0.0) -> Shape2:
     return _flat(f"(dot({{p}}, {vector(n)}) - {number(offset)})", (-np.inf,) * 2, (np.inf,) * 2)
 
 
-def polygon(points: Sequence[Vector]) -> Shape2:
+def polygon(points: Sequence[Vector] | np.ndarray) -> Shape2:
     """A simple polygon, convex or not, its corners in either order."""
     corners = np.asarray(points, float)
     if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:

@@ -183,9 +183,7 @@ class Shape2(_Shape):
         turn = np.array([[np.cos(t), -np.sin(t)], [np.sin(t), np.cos(t)]])
         moved = _corners(self.bounds) @ turn.T
         matrix = f"mat2({', '.join(number(v) for v in turn.ravel())})"  # column-major: the inverse
-        return Shape2(
-            lambda w, p: self.write(w, w.let("vec2", f"{matrix} * {p}")), (moved.min(axis=0), moved.max(axis=0))
-        )
+        return Shape2(lambda w, p: self.write(w, w.let("vec2", f"{matrix} * {p}")), (moved.min(axis=0), moved.max(axis=0)))
 
     def extrude(self, height: float) -> Solid:
         """A prism along z, `height` long in all, centred; exact where the shape is."""
@@ -224,9 +222,7 @@ class Solid(_Shape):
 
         low, high = self.bounds
         if not np.all(np.isfinite([low, high])):
-            raise SdfprtError(
-                "csg: the solid is infinite; intersect it with a box, or give Scene(glsl=..., bounds=...)"
-            )
+            raise SdfprtError("csg: the solid is infinite; intersect it with a box, or give Scene(glsl=..., bounds=...)")
         grow = margin * float(np.linalg.norm(high - low))
         bounds = (tuple((low - grow).tolist()), tuple((high + grow).tolist()))
         return Scene(**{"glsl": self.glsl, "bounds": bounds, **settings})
@@ -234,9 +230,7 @@ class Solid(_Shape):
     def _turned(self, matrix: np.ndarray) -> Solid:
         moved = _corners(self.bounds) @ matrix.T
         columns = ", ".join(number(v) for v in matrix.ravel())  # row by row of R is column by column of its inverse
-        return Solid(
-            lambda w, p: self.write(w, w.let("vec3", f"mat3({columns}) * {p}")), (moved.min(axis=0), moved.max(axis=0))
-        )
+        return Solid(lambda w, p: self.write(w, w.let("vec3", f"mat3({columns}) * {p}")), (moved.min(axis=0), moved.max(axis=0)))
 
     def rotate(self, angle: float, axis: Vector = (0, 1, 0)) -> Solid:
         """Turn by `angle` degrees about `axis` through the origin, right-handed."""

@@ -180,9 +180,7 @@ def evaluate(owner: Translator, i: Instruction, values: dict[int, list[Leaf]], t
         )
         if op == "VectorInsertDynamic":
             new = vary(operand(1)[0])
-            return [
-                temp(v.kind, False, f"sel(eq({at.name}, splat({k})), {new}, {vary(v)})") for k, v in enumerate(vector)
-            ]
+            return [temp(v.kind, False, f"sel(eq({at.name}, splat({k})), {new}, {vary(v)})") for k, v in enumerate(vector)]
         result = vary(vector[0])
         for k, v in enumerate(vector[1:], 1):
             result = f"sel(eq({at.name}, splat({k})), {vary(v)}, {result})"
@@ -223,13 +221,9 @@ def evaluate(owner: Translator, i: Instruction, values: dict[int, list[Leaf]], t
             out.append(temp(kind, False, _cast(f"({_as(x, wide)} {sign} {by})", wide, kind)))
         return out
     if op == "BitCount":
-        return [
-            temp(k, False, _cast(f"bit_count({_as(x, 'u')})", "i", k)) for x, k in zip(operand(0), kinds, strict=True)
-        ]
+        return [temp(k, False, _cast(f"bit_count({_as(x, 'u')})", "i", k)) for x, k in zip(operand(0), kinds, strict=True)]
     if op == "BitReverse":
-        return [
-            temp(k, False, _cast(f"bit_reverse({_as(x, 'u')})", "u", k)) for x, k in zip(operand(0), kinds, strict=True)
-        ]
+        return [temp(k, False, _cast(f"bit_reverse({_as(x, 'u')})", "u", k)) for x, k in zip(operand(0), kinds, strict=True)]
     if op in ("BitFieldSExtract", "BitFieldUExtract"):
         at, count = (_as(operand(k)[0], "i") for k in (1, 2))
         wide = "i" if op == "BitFieldSExtract" else "u"
@@ -378,9 +372,7 @@ def _extended(owner: Translator, i: Instruction, values: dict[int, list[Leaf]], 
             for x, lo, hi, k in zip(*arguments, kinds, strict=True)
         ]
     if number == 46:
-        return [
-            b.f(f"{vary(x)} * (1.0f - {vary(t)}) + {vary(y)} * {vary(t)}") for x, y, t in zip(*arguments, strict=True)
-        ]
+        return [b.f(f"{vary(x)} * (1.0f - {vary(t)}) + {vary(y)} * {vary(t)}") for x, y, t in zip(*arguments, strict=True)]
     if number == 49:
         return [b.f(f"smoothstep({vary(lo)}, {vary(hi)}, {vary(x)})") for lo, hi, x in zip(*arguments, strict=True)]
     if number == 50:

@@ -93,9 +93,7 @@ def prepare(glsl: str, file: str, own_folder: Path | None, defines: dict[str, fl
     if re.search(r"\bvoid\s+main\s*\(", bare):
         header.append("#define main sdfprt_user_main")
     body = _constant_uniforms(body, notes)
-    body = re.sub(
-        r"^([ \t]*)(?:layout\s*\([^)]*\)\s*)?(?:in|out|varying|flat in)\s+(\w+\s+\w+\s*;)", r"\1\2", body, flags=re.M
-    )
+    body = re.sub(r"^([ \t]*)(?:layout\s*\([^)]*\)\s*)?(?:in|out|varying|flat in)\s+(\w+\s+\w+\s*;)", r"\1\2", body, flags=re.M)
     body = _zeroed_globals(body)
     tail = f"\n#undef main\nfloat {ENTRY}(vec3 p) {{ return {call} - {offset!r}; }}\n"
     added: dict[str, None] = {}
@@ -175,11 +173,7 @@ def _zeroed_globals(body: str) -> str:
 
 def distance_module(text: str) -> str:
     """A fragment shader whose only output is the distance."""
-    return (
-        f"{VERSION}{text}\n"
-        "in vec3 sdfprt_point;\nout float sdfprt_out;\n"
-        f"void main() {{ sdfprt_out = {ENTRY}(sdfprt_point); }}\n"
-    )
+    return f"{VERSION}{text}\nin vec3 sdfprt_point;\nout float sdfprt_out;\nvoid main() {{ sdfprt_out = {ENTRY}(sdfprt_point); }}\n"
 
 
 def field_module(text: str, name: str, kind: str) -> str:

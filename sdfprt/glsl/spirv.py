@@ -279,10 +279,7 @@ def fingerprint(module: Module) -> str:
             for place, o in enumerate(i.operands):
                 plain = (
                     (i.op == "ExtInst" and place < 2)
-                    or (
-                        i.op in ("CompositeExtract", "CompositeInsert")
-                        and place >= (1 if i.op == "CompositeExtract" else 2)
-                    )
+                    or (i.op in ("CompositeExtract", "CompositeInsert") and place >= (1 if i.op == "CompositeExtract" else 2))
                     or (i.op == "VectorShuffle" and place >= 2)
                     or (i.op == "Switch" and place >= 2 and place % 2 == 0)
                     or (i.op in ("LoopMerge", "SelectionMerge") and place == len(i.operands) - 1)

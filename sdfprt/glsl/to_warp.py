@@ -57,8 +57,7 @@ class Translator:
         for key, constant in module.constants.items():
             self.constants[key] = self._constant(constant)
         self.globals = {
-            v.result: Storage(f"g.v{v.result}", tuple(self.leaves(self.pointee(v.type))), "array")
-            for v in module.globals
+            v.result: Storage(f"g.v{v.result}", tuple(self.leaves(self.pointee(v.type))), "array") for v in module.globals
         }
 
     def pointee(self, pointer_type: int) -> int:
@@ -91,9 +90,7 @@ class Translator:
     def translate(self, name: str) -> str:
         """The whole module as `struct name : Simd` with `static void evaluate(Globals&, M)` for the entry point."""
         functions = [_Writer(self, key).text(key == self.module.entry) for key in self.module.functions]
-        members = [
-            f"{_C_TYPE[s.kind]} {s.name.removeprefix('g.')}[{max(len(s.kinds), 1)}];" for s in self.globals.values()
-        ]
+        members = [f"{_C_TYPE[s.kind]} {s.name.removeprefix('g.')}[{max(len(s.kinds), 1)}];" for s in self.globals.values()]
         return "\n".join(
             [
                 f"struct {name} : Simd {{",
@@ -162,9 +159,7 @@ class _Writer:
         parameters += [f"{_C_TYPE[kind]}& r{k}" for k, kind in enumerate(kinds)]
         size = len(instructions(self.facts.tree))
         inline = "__attribute__((noinline))" if size > _LARGE else "inline"
-        head = (
-            f"static {inline} CUDA_CALLABLE void {'evaluate' if entry else f'fn{f.result}'}({', '.join(parameters)}) {{"
-        )
+        head = f"static {inline} CUDA_CALLABLE void {'evaluate' if entry else f'fn{f.result}'}({', '.join(parameters)}) {{"
         for k, kind in enumerate(kinds):
             self.line(f"r{k} = {vary(literal(0, kind))};")
         for v in f.variables:

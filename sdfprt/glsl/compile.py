@@ -34,7 +34,7 @@ def compile_glsl(text: str, stage: str = "frag", file: str = "scene.glsl") -> by
         except subprocess.TimeoutExpired:
             raise GlslError(f"{file}: compiling took longer than {SECONDS} s and was stopped") from None
         if done.returncode != 0 or not target.is_file():
-            raise GlslError(explain(done.stdout.decode(errors="replace"), text, file))
+            raise GlslError(explain((done.stdout + done.stderr).decode(errors="replace"), text, file))
         return target.read_bytes()
 
 

@@ -1,70 +1,44 @@
-"""The second renderer, for large networks: a G-buffer, hits packed, torch matrix products, the same shading.
+"""The renderer without OpenGL: Warp traces the G-buffer, hit pixels are packed, the network runs as torch matrix products.
 
-The G-buffer comes from OpenGL, or from Warp on a machine without it (the paper's CUDA implementation, Sec. 5).
+The paper's second implementation (learnt transfer, Sec. 4.3.2), on CUDA where torch has it, else on the CPU in batches that stay
+in cache. Shading is sdfprt.shading, the same as everywhere.
 """
-
-import functools
 
 import numpy as np
 import torch
-from jaxtyping import Float
 from numpy import ndarray
 
 from sdfprt import settings, shading
 from sdfprt.asset import Asset
 from sdfprt.camera import Camera
-from sdfprt.errors import SdfprtError
 from sdfprt.exact import colours
 from sdfprt.light import Light
 from sdfprt.material import Material
-from sdfprt.network import SLOPE, TransferNet
-from sdfprt.render import Frame, context, network_of, read, tiles, trace_tile
+from sdfprt.network import SLOPE, TransferNet, encode
+from sdfprt.render import Frame, network_of
 from sdfprt.scene import Scene
 from sdfprt.trace import gbuffer
 
-_BATCH = 8192  # points at once: activations stay in cache
+_BATCH = 4096
 
 
-class TorchNet:
-    """A TransferNet on a torch device: CUDA where there is one."""
-
-    def __init__(self, net: TransferNet, device: str | None = None) -> None:
-        self.device = device or ("cuda" if torch.cuda.is_available() else "cpu")
-        self.net = net
-        self.layers = [(self._put(w.T), self._put(b)) for w, b in net.weights]
-        self.scale = self._put(net.scale)
-
-    def _put(self, values: ndarray) -> torch.Tensor:
-        return torch.from_numpy(np.ascontiguousarray(values, np.float32)).to(self.device)
-
-    @torch.no_grad()
-    def predict(self, points: Float[ndarray, "n 3"], normals: Float[ndarray, "n 3"]) -> Float[ndarray, "n k"]:
-        """Transfer at surface points with unit normals."""
-        out = np.empty((len(points), len(self.net.scale)), np.float32)
+def predict(net: TransferNet, points: ndarray, normals: ndarray) -> ndarray:
+    """Transfer (N, bands**2) by torch, in batches, on CUDA where there is one."""
+    device = "cuda" if torch.cuda.is_available() else "cpu"
+    layers = [(torch.from_numpy(w).to(device), torch.from_numpy(b).to(device)) for w, b in net.weights]
+    scale = torch.from_numpy(net.scale).to(device)
+    out = np.empty((len(points), len(net.scale)), np.float32)
+    with torch.no_grad():
         for first in range(0, len(points), _BATCH):
             part = slice(first, first + _BATCH)
-            h = self._features(self._put(points[part]), self._put(normals[part]))
-            for weight, bias in self.layers[:-1]:
-                h = torch.nn.functional.leaky_relu(torch.addmm(bias, h, weight), SLOPE)
-            weight, bias = self.layers[-1]
-            out[part] = (self.scale * torch.tanh(torch.addmm(bias, h, weight))).cpu().numpy()
-        return out
-
-    def _features(self, p: torch.Tensor, n: torch.Tensor) -> torch.Tensor:
-        """The encoding of network.encode, by angle doubling as in the shader."""
-        x = (p - self._put(np.asarray(self.net.center))) / self.net.extent
-        parts = [x, n]
-        for values, octaves in ((x, self.net.position_frequencies), (n, self.net.normal_frequencies)):
-            s, c = torch.sin(np.pi * values), torch.cos(np.pi * values)
-            for _ in range(octaves):
-                parts += [s, c]
-                s, c = 2 * s * c, 1 - 2 * s * s
-        return torch.cat(parts, dim=1)
-
-
-@functools.lru_cache(maxsize=8)
-def _kept(digest: str, net: TransferNet) -> TorchNet:
-    return TorchNet(net)
+            x = ((points[part] - np.asarray(net.center)) / net.extent).astype(np.float32)
+            features = encode(x, normals[part], net.position_frequencies, net.normal_frequencies)
+            h = torch.from_numpy(features).to(device)
+            for w, b in layers[:-1]:
+                h = torch.nn.functional.leaky_relu(torch.addmm(b, h, w.T), SLOPE)
+            w, b = layers[-1]
+            out[part] = (scale * torch.tanh(torch.addmm(b, h, w.T))).cpu().numpy()
+    return out
 
 
 def frame(
@@ -77,52 +51,31 @@ def frame(
     samples: int = settings.Render.samples,
     dering: bool = False,
     background: bool = False,
-    light_bands: int | None = None,
-    result_bands: int | None = None,
-    opengl: bool | None = None,
 ) -> Frame:
-    """As `render.frame`; `opengl` says whether OpenGL traces, else Warp; by default OpenGL where there is one."""
+    """As sdfprt.render.frame, without OpenGL. Raises SdfprtError for an asset that was baked for another scene."""
     net = network_of(asset, scene)
     material, camera = material or scene.material, camera or scene.camera
-    bands = light_bands or net.bands
-    coefficients, strength = light.sh_dered(bands) if dering else (light.sh(bands), 0.0)
-    network = _kept(net.digest, net)
-
-    pixels = np.zeros((size[1], size[0], 4), np.float32)
-    _, rays = camera.rays(size, samples)
-    for tile in tiles(size, samples) if _has_opengl(opengl) else [(0, 0, size[0] * samples, size[1] * samples)]:
-        x, y, width, height = tile
-        seen = rays[y : y + height, x : x + width]
-        if _has_opengl(opengl):
-            target = trace_tile(scene, camera, tile, (size[0] * samples, size[1] * samples))
-            point, normal, colour = (read(texture) for texture in target.seen)
-            mask = point[..., 3] > 0
-            points, normals, colour = point[mask, :3], normal[mask, :3], colour[mask]
-            albedo = colour[:, :3] if scene.has_albedo else None
-            exponent = colour[:, 3] if scene.has_exponent else None
-        else:
-            g = gbuffer(scene, camera, size, samples)
-            mask, points, normals = g.mask, g.points, g.normals
-            albedo, exponent = colours(scene, points, normals)
-
-        # Packed hits through the network, shaded, back to their places
-        fine = np.zeros((height, width, 4), np.float32)
-        transfer = network.predict(points, normals)
-        outgoing = -seen[mask]
-        fine[mask, :3] = shading.shade(transfer, normals, outgoing, coefficients, material, result_bands, albedo, exponent)
-        fine[mask, 3] = 1
-        if background:
-            fine[~mask, :3] = light.radiance(seen[~mask])
-        mean = fine.reshape(height // samples, samples, width // samples, samples, 4).mean(axis=(1, 3))
-        pixels[y // samples : (y + height) // samples, x // samples : (x + width) // samples] = mean
-    return Frame(pixels[..., :3], pixels[..., 3], strength)
+    seen = gbuffer(scene, camera, size, samples)
+    coefficients, strength = light.sh_dered(net.bands) if dering else (light.sh(net.bands), 0.0)
+    albedo, exponent = colours(scene, seen.points, seen.normals)
+    pixels = np.zeros((*seen.mask.shape, 3))
+    pixels[seen.mask] = shading.shade(
+        predict(net, seen.points, seen.normals),
+        seen.normals,
+        -seen.directions,
+        coefficients,
+        material,
+        albedo=albedo,
+        exponent=exponent,
+    )
+    if background:
+        _, directions = camera.rays(size, samples)
+        pixels[~seen.mask] = light.radiance(directions[~seen.mask])
+    rgb, alpha = (_average(x, samples).astype(np.float32) for x in (pixels, seen.mask[..., None]))
+    return Frame(rgb, alpha[..., 0], strength)
 
 
-def _has_opengl(wanted: bool | None) -> bool:
-    if wanted is not None:
-        return wanted
-    try:
-        context()
-    except SdfprtError:
-        return False
-    return True
+def _average(pixels: ndarray, samples: int) -> ndarray:
+    """Mean over the n x n samples of each pixel."""
+    height, width = pixels.shape[0] // samples, pixels.shape[1] // samples
+    return pixels.reshape(height, samples, width, samples, -1).mean(axis=(1, 3))

@@ -33,7 +33,7 @@ def compare(
     `b` is the reference. `peak` defaults to its largest value (1 when `tone_mapped`). Raises SdfprtError for shapes that differ.
     """
     x, y = _check(a, b, mask)
-    finite: ndarray = np.isfinite(x).all(axis=2) & np.isfinite(y).all(axis=2)
+    finite = np.asarray(np.isfinite(x).all(axis=2) & np.isfinite(y).all(axis=2))
     x, y = (np.where(finite[..., None], v, 0.0) for v in (x, y))
     if tone_mapped:
         x, y = (image.srgb_encode(image.tone_map(v)).astype(float) for v in (x, y))

@@ -52,7 +52,7 @@ def test_no_distance_overestimates_and_nothing_lies_outside_the_bounds(row):
     for k, (name, solid) in enumerate(every.items()):
         p = rng.uniform(-0.9, 0.9, (600, 3))
         near = p + rng.normal(scale=0.02, size=p.shape)
-        at = [(q + (SPACING * k, 0, 0)).astype(np.float32) for q in (p, near)]
+        at = [(q + np.array([SPACING * k, 0, 0])).astype(np.float32) for q in (p, near)]
         one, two = scene.distance(at[0]), scene.distance(at[1])
         # A distance, and any bound, changes no faster than its point moves; 1e-4 for float32 at x up to 250
         assert (np.abs(one - two) <= np.linalg.norm(p - near, axis=1) * 1.001 + 1e-4).all(), name

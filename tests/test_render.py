@@ -46,14 +46,6 @@ def test_the_whole_triple_product_gives_the_picture_of_the_fixed_light():
     np.testing.assert_allclose(pictures[0].rgb, pictures[1].rgb, rtol=0, atol=2e-5)
 
 
-def test_torch_renders_the_same_picture_with_opengl_and_without():
-    a = render.frame(SCENE, NET, LIGHT, DiffusePhong(), size=SIZE, samples=2, background=True)
-    b = torch_render.frame(SCENE, NET, LIGHT, DiffusePhong(), size=SIZE, samples=2, background=True)
-    c = torch_render.frame(SCENE, NET, LIGHT, DiffusePhong(), size=SIZE, samples=2, background=True, opengl=False)
-    assert _psnr(a.rgb, b.rgb) > 70
-    assert _psnr(a.rgb, c.rgb) > 45
-
-
 def test_tiles_join_without_a_seam(monkeypatch):
     whole = render.frame(SCENE, NET, LIGHT, size=SIZE, samples=2, background=True)
     monkeypatch.setattr(render, "_TILE", 30)

@@ -141,13 +141,21 @@ def test_wrong_arguments_are_refused(scene: Scene):
         compute_transfer(scene, p, p, bands=9)
 
 
-def test_transfer_kernels_compile_for_cuda(scene: Scene, tmp_path):
+@pytest.mark.parametrize(
+    ("body", "arrays", "numbers"),
+    [
+        ("visible.h", "origins directions out box", {"near": float, "step": float, "relaxation": float, "steps": int}),
+        (
+            "transfer.h",
+            "points normals out box norms",
+            dict.fromkeys(("bands", "rays", "seed", "start", "shadowed"), int)
+            | {"offset": float, "near": float, "step": float, "relaxation": float, "steps": int},
+        ),
+    ],
+)
+def test_transfer_kernels_compile_for_cuda(scene: Scene, tmp_path, body: str, arrays: str, numbers: dict):
     flat = wp.array(dtype=float)
-    kernel = native.build(
-        scene.native, ("trace.h", "visible.h"),
-        {"origins": flat, "directions": flat, "out": flat, "box": flat, 
-         "near": float, "step": float, "relaxation": float, "steps": int},
-    )  # fmt: skip
+    kernel = native.build(scene.native, ("trace.h", body), dict.fromkeys(arrays.split(), flat) | numbers)
     wp.compile_aot_module(kernel.module, arch=86, module_dir=str(tmp_path), use_ptx=True)
     assert any(tmp_path.iterdir())
 

@@ -1,0 +1,161 @@
+"""How fast is transfer beside Mitsuba's ray_test (Embree) on the mesh of the same scene, and how exact?
+
+The same rays for both: cosine-weighted, in the order of the points and shuffled, both cores, interleaved, the best of the
+turns each; Mitsuba's time leaves out the projection onto SH, ours holds it. Exactness: single rays and T against a plain
+march of half steps, nothing shared between rays. Writes transfer.md and transfer.json.
+"""
+
+import argparse
+import json
+import platform
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import no_type_check
+
+import numpy as np
+
+from sdfprt import scene as scenes
+from sdfprt import settings, sh, sphere, surface, trace
+from sdfprt.scene import Scene
+from sdfprt.surface import Surface, sample_surface
+from sdfprt.transfer import compute_transfer
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
+
+
+def directions(normals: np.ndarray, rays: int, seed: int = 0) -> np.ndarray:
+    """The rays of kernels/transfer.h, (N, rays, 3): R2 points shifted by a hash of the point's number."""
+    s = np.arange(len(normals), dtype=np.uint32) * np.uint32(2654435761) ^ np.uint32(seed * 2246822519 % 2**32)
+    s ^= s >> np.uint32(16)
+    s *= np.uint32(0x7FEB352D)
+    s ^= s >> np.uint32(15)
+    s *= np.uint32(0x846CA68B)
+    s ^= s >> np.uint32(16)
+    number = np.arange(rays) + 0.5
+    u = np.mod(number * 0.7548776662 + (s & np.uint32(0xFFFF))[:, None] / 65536, 1)[..., None]
+    v = 2 * np.pi * np.mod(number * 0.5698402910 + (s >> np.uint32(16))[:, None] / 65536, 1)[..., None]
+    tangent, bitangent = (x[:, None] for x in sphere.frames(normals))
+    radial = np.sqrt(u) * (np.cos(v) * tangent + np.sin(v) * bitangent)
+    return (radial + np.sqrt(1 - u) * normals[:, None]).astype(np.float32)
+
+
+def plain(scene: Scene, origins: np.ndarray, ways: np.ndarray) -> np.ndarray:
+    """Visibility by half steps, one ray beside the other, until each has left the bounds or met the surface."""
+    low, high = (np.asarray(b, np.float32) for b in scene.bounds)
+    clear, t = np.zeros(len(ways), bool), np.zeros(len(ways), np.float32)
+    moving = np.arange(len(ways))
+    for _ in range(4 * settings.Trace.steps):
+        at = origins[moving] + t[moving, None] * ways[moving]
+        out = ((at < low) | (at > high)).any(axis=1)
+        clear[moving[out]] = True
+        moving, at = moving[~out], at[~out]
+        if len(moving) == 0:
+            break
+        d = scene.distance(at) * scene.step
+        free = d >= settings.Trace.epsilon * scene.diagonal
+        moving = moving[free]
+        t[moving] += 0.5 * d[free]
+    return clear
+
+
+def exactness(scene: Scene, found: Surface, points: int, rays: int) -> tuple[float, float]:
+    """Share of single rays on which both agree, and the RMSE of T over the same directions."""
+    origins = trace.lifted(scene, found.points, found.normals).astype(np.float32)
+    # One ray a point: T_0 is positive where it is free
+    one = compute_transfer(scene, found.points, found.normals, bands=1, rays=1)[:, 0] > 0
+    agree = float((one == plain(scene, origins, directions(found.normals, 1)[:, 0])).mean())
+    p, n = found.points[:points], found.normals[:points]
+    ways = directions(n, rays)
+    free = plain(scene, np.repeat(origins[:points], rays, 0), ways.reshape(-1, 3)).reshape(points, rays)
+    basis = sh.basis(ways.reshape(-1, 3), 4).reshape(points, rays, -1)
+    exact = np.einsum("nr,nrk->nk", free, basis) * np.pi / rays
+    return agree, float(np.sqrt(np.mean((compute_transfer(scene, p, n, bands=4, rays=rays) - exact) ** 2)))
+
+
+@no_type_check
+def embree(scene: Scene, resolution: int, origins: np.ndarray, ways: np.ndarray) -> tuple[Callable[[], None], ...]:
+    """Mitsuba's ray_test of these rays on the mesh, in order and shuffled: what to time."""
+    import drjit as dr
+    from mitsuba_scene import mitsuba
+
+    mi = mitsuba()
+    vertices, faces = surface.mesh(scene, resolution)
+    mesh = mi.Mesh("mesh", len(vertices), len(faces))
+    table = mi.traverse(mesh)
+    table["vertex_positions"] = mi.Float(np.ascontiguousarray(vertices).ravel())
+    table["faces"] = mi.UInt32(faces.astype(np.uint32).ravel())
+    table.update()
+    world = mi.load_dict({"type": "scene", "mesh": mesh})
+    runs = []
+    for order in (np.arange(len(ways)), np.random.default_rng(0).permutation(len(ways))):
+        o, d = mi.Point3f(origins[order].T), mi.Vector3f(ways[order].T)
+        dr.eval(o, d)
+
+        def run(o=o, d=d) -> None:
+            dr.eval(world.ray_test(mi.Ray3f(o, d)))
+            dr.sync_thread()
+
+        runs.append(run)
+    return tuple(runs)
+
+
+def best(runs: tuple[Callable[[], object], ...], turns: int) -> list[float]:
+    """Least seconds of each, the runs taking turns after one turn of warm-up."""
+    seconds = np.full((turns + 1, len(runs)), np.inf)
+    for turn in range(turns + 1):
+        for k, run in enumerate(runs):
+            start = time.perf_counter()
+            run()
+            seconds[turn, k] = time.perf_counter() - start
+    return [float(x) for x in seconds[1:].min(axis=0)]
+
+
+def measure(scene: Scene, points: int, rays: int, resolution: int, turns: int) -> dict[str, float | str]:
+    found = sample_surface(scene, points)
+    agree, rmse = exactness(scene, found, min(points, 128), 64)
+    ways = directions(found.normals, rays).reshape(-1, 3)
+    origins = np.repeat(trace.lifted(scene, found.points, found.normals), rays, 0).astype(np.float32)
+    peer = embree(scene, resolution, origins, ways)
+    ours, sorted_, shuffled = best((lambda: compute_transfer(scene, found.points, found.normals, rays=rays), *peer), turns)
+    million = points * rays / 1e6
+    return {
+        "scene": scene.name,
+        "ratio": sorted_ / ours,
+        "ratio, shuffled": shuffled / ours,
+        "Mrays/s": million / ours,
+        "Mitsuba": million / sorted_,
+        "Mitsuba, shuffled": million / shuffled,
+        "rays that agree": agree,
+        "RMSE of T": rmse,
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scenes", nargs="+", default=list(scenes.library()))
+    parser.add_argument("--points", type=int, default=8192)
+    parser.add_argument("--rays", type=int, default=settings.Transfer.rays)
+    parser.add_argument("--resolution", type=int, default=128, help="of Mitsuba's mesh")
+    parser.add_argument("--turns", type=int, default=3)
+    parser.add_argument("-o", "--output", type=Path, default=Path("out/transfer"), help="folder")
+    args = parser.parse_args()
+    args.output.mkdir(parents=True, exist_ok=True)
+    rows = []
+    for source in args.scenes:
+        rows.append(measure(Scene.load(source), args.points, args.rays, args.resolution, args.turns))
+        print(json.dumps(rows[-1]), flush=True)
+    median = float(np.median([row["ratio"] for row in rows]))
+    setting = f"{args.points} points of {args.rays} rays, Mitsuba llvm_ad_rgb on the {args.resolution}^3 mesh, "
+    setting += f"{platform.machine()}, both cores"
+    lines = [f"{median:.2f}x of Mitsuba's rate, median of {len(rows)} scenes ({setting})", ""]
+    lines += ["| " + " | ".join(rows[0]) + " |", "| --- " * len(rows[0]) + "|"]
+    lines += ["| " + " | ".join(f"{v:.4g}" if isinstance(v, float) else str(v) for v in row.values()) + " |" for row in rows]
+    (args.output / "transfer.md").write_text("\n".join(lines) + "\n")
+    (args.output / "transfer.json").write_text(json.dumps({"setting": setting, "median": median, "rows": rows}, indent=2))
+    print("\n".join(lines))
+
+
+if __name__ == "__main__":
+    main()

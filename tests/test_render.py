@@ -6,7 +6,7 @@ import nets
 import numpy as np
 import pytest
 
-from sdfprt import settings, shading, torch_render
+from sdfprt import settings, shading
 from sdfprt.camera import Camera
 from sdfprt.errors import SdfprtError
 from sdfprt.light import Light

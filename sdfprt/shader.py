@@ -31,6 +31,7 @@ class Variant:
     light_bands: int = 4
     result_bands: int = 4
     fixed_light: bool = True
+    points: int = 1  # samples an invocation takes through the network together
 
 
 def lobes_of(material: Material) -> int:
@@ -86,8 +87,8 @@ def background_fragment() -> str:
     return "\n".join([VERSION, join(BACKGROUND)])
 
 
-def light_fragment(net: TransferNet, variant: Variant) -> str:
-    """The second pass: network and lighting; neither weights nor text of the user's, so it is the same for all scenes."""
+def light_compute(net: TransferNet, variant: Variant) -> str:
+    """The second pass, a compute shader; neither weights nor text of the user's, so it is the same for all scenes."""
     parts = [VERSION, defines(net, variant)]
     if not variant.fixed_light:
         parts.append(tau_text(net.bands, variant.light_bands, variant.result_bands))
@@ -95,16 +96,14 @@ def light_fragment(net: TransferNet, variant: Variant) -> str:
 
 
 def shader_columns(net: TransferNet) -> np.ndarray:
-    """The first layer's weights with their columns as network.glsl has its features: an octave of p and n side by side."""
-    weight = net.weights[0][0]
-    rows, octaves = len(weight), max(net.position_frequencies, net.normal_frequencies)
-    out = np.zeros((rows, 8 + 12 * octaves), np.float32)
-    out[:, :6] = weight[:, :6]
-    split = 6 + 6 * net.position_frequencies
-    for first, part in ((0, weight[:, 6:split]), (6, weight[:, split:])):
-        for k in range(part.shape[1] // 6):
-            out[:, 8 + 12 * k + first : 14 + 12 * k + first] = part[:, 6 * k : 6 * k + 6]
-    return out
+    """The first layer's weights with columns of zeros after x and n and at the end, as network.glsl has its features."""
+    weight = np.insert(net.weights[0][0], [6, 6], 0.0, axis=1)
+    return np.pad(weight, ((0, 0), (0, 4 * _inputs(net) - weight.shape[1])))
+
+
+def _inputs(net: TransferNet) -> int:
+    """Quads of features in network.glsl: two for x and n, three for every two octaves."""
+    return 2 + 3 * -(-(net.position_frequencies + net.normal_frequencies) // 2)
 
 
 def weights_texture(net: TransferNet) -> np.ndarray:
@@ -119,7 +118,9 @@ def weights_texture(net: TransferNet) -> np.ndarray:
 def defines(net: TransferNet, variant: Variant) -> str:
     """The sizes that the pieces ask for, in fours where they count vectors."""
     values = {
-        "INPUTS": 2 + 3 * max(net.position_frequencies, net.normal_frequencies),
+        "POSITION_OCTAVES": net.position_frequencies,
+        "NORMAL_OCTAVES": net.normal_frequencies,
+        "INPUTS": _inputs(net),
         "WIDTH": _quads(net.weights[0][0].shape[0]),
         "OUTPUTS": _quads(net.bands**2),
         "LAYERS": len(net.weights),
@@ -128,6 +129,7 @@ def defines(net: TransferNet, variant: Variant) -> str:
         "RESULTS": _quads(variant.result_bands**2),
         "LIGHT_COUNT": variant.light_bands**2,
         "LOBES": variant.lobes,
+        "POINTS": variant.points,
     }
     return "\n".join(f"#define {name} {value}" for name, value in values.items())
 

@@ -1,6 +1,12 @@
-// Second pass: network and lighting, on the samples that hit.
-void network(vec3 p, vec3 n, out vec4 transfer[OUTPUTS]);
+// Second pass: network and lighting of the samples that hit, POINTS of them an invocation.
+void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS]);
 vec3 shade(vec3 n, vec3 o, vec4 transfer[OUTPUTS], vec3 base, float s);
+layout(local_size_x = 8) in;
+layout(std430, binding = 0) readonly buffer SeenSamples {
+    uint seenCount;
+    uint seen[];  // y << 16 | x
+};
+layout(rgba32f, binding = 0) writeonly uniform image2D radiance;
 uniform sampler2D surfacePoint;
 uniform sampler2D surfaceDirection;
 uniform sampler2D surfaceColour;
@@ -9,14 +15,29 @@ uniform vec3 albedo;
 uniform float exponent;
 uniform bool hasAlbedo;
 uniform bool hasExponent;
-layout(location = 0) out vec4 radiance;
+
+// Where sample k of this invocation lies; the last ones repeat themselves where the hits end.
+ivec2 place(int k) {
+    uint hit = seen[min(gl_GlobalInvocationID.x * POINTS + uint(k), seenCount - 1u)];
+    return ivec2(hit & 0xffffu, hit >> 16);
+}
 
 void main() {
-    ivec2 at = ivec2(gl_FragCoord.xy);
-    vec3 p = texelFetch(surfacePoint, at, 0).xyz, n = texelFetch(surfaceDirection, at, 0).xyz;
-    vec4 colour = texelFetch(surfaceColour, at, 0);
-    vec4 transfer[OUTPUTS];
-    network(p, n, transfer);
-    vec3 o = normalize(eye - p);
-    radiance = vec4(shade(n, o, transfer, hasAlbedo ? colour.rgb : albedo, hasExponent ? colour.a : exponent), 1.0);
+    if (gl_GlobalInvocationID.x * POINTS >= seenCount) return;
+    int points = POINTS * int(min(seenCount, 1u));  // POINTS, but the compiler cannot know: the loops stay loops
+    vec3 p[POINTS], n[POINTS];
+    for (int k = 0; k < points; k++) {
+        p[k] = texelFetch(surfacePoint, place(k), 0).xyz;
+        n[k] = texelFetch(surfaceDirection, place(k), 0).xyz;
+    }
+    vec4 all[POINTS * OUTPUTS];
+    network(p, n, all);
+    for (int k = 0; k < points; k++) {
+        vec4 transfer[OUTPUTS];
+        for (int i = 0; i < OUTPUTS; i++) transfer[i] = all[k * OUTPUTS + i];
+        vec4 colour = texelFetch(surfaceColour, place(k), 0);
+        vec3 o = normalize(eye - p[k]);
+        vec3 light = shade(n[k], o, transfer, hasAlbedo ? colour.rgb : albedo, hasExponent ? colour.a : exponent);
+        imageStore(radiance, place(k), vec4(light, 1.0));
+    }
 }

@@ -17,25 +17,32 @@ mat4 weightBlock(int at) {
     return mat4(weightTexel(4 * at), weightTexel(4 * at + 1), weightTexel(4 * at + 2), weightTexel(4 * at + 3));
 }
 
-// T_i at p with unit normal n, in fours.
-void network(vec3 p, vec3 n, out vec4 transfer[OUTPUTS]) {
-    // Features: x, n, then three quads an octave; sin and cos of pi v, 2 pi v, 4 pi v … by the formulas of the double angle
-    vec4 a[INPUTS > WIDTH ? INPUTS : WIDTH], b[WIDTH > OUTPUTS ? WIDTH : OUTPUTS];
-    vec3 x = (p - networkCenter) / networkExtent;
-    a[0] = vec4(x, n.x);
-    a[1] = vec4(n.yz, 0.0, 0.0);
-    vec3 sx = sin(3.14159265358979 * x), cx = cos(3.14159265358979 * x);
-    vec3 sn = sin(3.14159265358979 * n), cn = cos(3.14159265358979 * n);
-    for (int at = 2; at < INPUTS * once; at += 3) {
-        a[at] = vec4(sx, cx.x);
-        a[at + 1] = vec4(cx.yz, sn.xy);
-        a[at + 2] = vec4(sn.z, cn);
-        vec3 twice = 2.0 * sx * cx;
-        cx = 1.0 - 2.0 * sx * sx;
-        sx = twice;
-        twice = 2.0 * sn * cn;
-        cn = 1.0 - 2.0 * sn * sn;
-        sn = twice;
+// T_i at POINTS points p with unit normals n, in fours, point after point; a weight is fetched once for all of them.
+void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS]) {
+    // Features: x, n, then sin and cos of pi v, 2 pi v, 4 pi v … by the formulas of the double angle, first of x, then of n;
+    // two octaves fill three quads
+    vec4 a[POINTS * (INPUTS > WIDTH ? INPUTS : WIDTH)], b[POINTS * (WIDTH > OUTPUTS ? WIDTH : OUTPUTS)];
+    for (int k = 0; k < POINTS * once; k++) {
+        vec3 x = (p[k] - networkCenter) / networkExtent;
+        a[k] = vec4(x, n[k].x);
+        a[POINTS + k] = vec4(n[k].yz, 0.0, 0.0);
+        vec3 s = sin(3.14159265358979 * x), c = cos(3.14159265358979 * x);
+        vec4 middle = vec4(0.0);
+        int at = 2 * POINTS + k;
+        for (int octave = 0; octave < (POSITION_OCTAVES + NORMAL_OCTAVES) * once; octave++) {
+            if (octave == POSITION_OCTAVES) {
+                s = sin(3.14159265358979 * n[k]);
+                c = cos(3.14159265358979 * n[k]);
+            }
+            bool first = octave % 2 == 0;
+            middle = first ? vec4(c.yz, 0.0, 0.0) : vec4(middle.xy, s.xy);
+            a[at + (first ? 0 : 2 * POINTS)] = first ? vec4(s, c.x) : vec4(s.z, c);
+            a[at + POINTS] = middle;
+            if (first) a[at + 2 * POINTS] = vec4(0.0); else at += 3 * POINTS;
+            vec3 twice = 2.0 * s * c;
+            c = 1.0 - 2.0 * s * s;
+            s = twice;
+        }
     }
 
     // Layers: b = W a + bias, back into a
@@ -43,14 +50,20 @@ void network(vec3 p, vec3 n, out vec4 transfer[OUTPUTS]) {
     for (int layer = 0; layer < LAYERS * once; layer++) {
         int rows = layer == LAYERS - 1 ? OUTPUTS : WIDTH;
         for (int row = 0; row < rows; row++) {
-            vec4 sum = weightTexel(bias + row);
-            for (int column = 0; column < columns; column++) sum += weightBlock(block + column) * a[column];
+            vec4 sum[POINTS];
+            vec4 start = weightTexel(bias + row);
+            for (int k = 0; k < POINTS; k++) sum[k] = start;
+            for (int column = 0; column < columns; column++) {
+                mat4 weights = weightBlock(block + column);
+                for (int k = 0; k < POINTS; k++) sum[k] += weights * a[POINTS * column + k];
+            }
             block += columns;
-            b[row] = sum;
+            for (int k = 0; k < POINTS; k++) b[POINTS * row + k] = sum[k];
         }
         bias += rows;
         columns = WIDTH * once;
-        for (int row = 0; row < WIDTH * once; row++) a[row] = max(b[row], 0.01 * b[row]);
+        for (int i = 0; i < POINTS * WIDTH * once; i++) a[i] = max(b[i], 0.01 * b[i]);
     }
-    for (int row = 0; row < OUTPUTS; row++) transfer[row] = networkScale[row] * tanh(b[row]);
+    for (int row = 0; row < OUTPUTS; row++)
+        for (int k = 0; k < POINTS; k++) transfer[k * OUTPUTS + row] = networkScale[row] * tanh(b[POINTS * row + k]);
 }

@@ -1,4 +1,4 @@
-// First pass: what each sample sees. Misses are discarded, so that the depth test keeps the second pass to hits.
+// First pass: what each sample sees, and a list of the samples that hit for the second pass.
 vec3 viewOrigin();
 vec3 viewRay();
 float footprint();
@@ -10,6 +10,10 @@ vec3 albedo(vec3 p, vec3 n);
 #ifdef HAS_EXPONENT
 float exponent(vec3 p, vec3 n);
 #endif
+layout(std430, binding = 0) buffer SeenSamples {
+    uint seenCount;
+    uint seen[];  // y << 16 | x
+};
 layout(location = 0) out vec4 surfacePoint;     // w: 1
 layout(location = 1) out vec4 surfaceDirection; // the normal
 layout(location = 2) out vec4 surfaceColour;    // albedo and exponent where the scene gives them
@@ -19,6 +23,7 @@ void main() {
     float t = march(o, d, footprint());
     if (t < 0.0) discard;
     vec3 p = o + d * t, n = surfaceNormal(p);
+    seen[atomicAdd(seenCount, 1u)] = uint(gl_FragCoord.y) << 16 | uint(gl_FragCoord.x);
     surfacePoint = vec4(p, 1.0);
     surfaceDirection = vec4(n, 0.0);
     surfaceColour = vec4(0.0);

@@ -22,7 +22,7 @@ PIECES = sorted(folder("shaders").glob("*.glsl"))
 
 @pytest.mark.parametrize("path", PIECES, ids=lambda p: p.stem)
 def test_each_piece_compiles_alone(path, tmp_path):
-    stage = "vert" if path.stem == "vertex" else "frag"
+    stage = {"vertex": "vert", "light": "comp"}.get(path.stem, "frag")
     sizes = shader.defines(nets.random_net(), Variant(3))
     for extra in ("", "#define HAS_ALBEDO\n#define HAS_EXPONENT\n"):
         source = tmp_path / f"piece.{stage}"
@@ -32,8 +32,10 @@ def test_each_piece_compiles_alone(path, tmp_path):
         assert done.returncode == 0, done.stdout
 
 
-@pytest.mark.parametrize(("width", "layers", "bands", "octaves"), [(16, 3, 4, (2, 1)), (20, 2, 3, (3, 0)), (8, 5, 1, (0, 2))])
-def test_the_shaders_network_is_the_networks_own(width, layers, bands, octaves):
+@pytest.mark.parametrize(
+    ("width", "layers", "bands", "octaves", "together"), [(16, 3, 4, (2, 1), 1), (20, 2, 3, (3, 0), 4), (8, 5, 1, (0, 2), 2)]
+)
+def test_the_shaders_network_is_the_networks_own(width, layers, bands, octaves, together):
     net = nets.random_net(width, layers, bands, octaves)
     quads = -(-(bands * bands) // 4)
     main = """
@@ -41,12 +43,17 @@ def test_the_shaders_network_is_the_networks_own(width, layers, bands, octaves):
         uniform int quad;
         out vec4 result;
         void main() {
-            vec4 transfer[OUTPUTS];
-            int at = int(gl_FragCoord.x);
-            network(texelFetch(points, ivec2(at, 0), 0).xyz, texelFetch(points, ivec2(at, 1), 0).xyz, transfer);
-            result = transfer[quad];
+            vec3 p[POINTS], n[POINTS];
+            vec4 transfer[POINTS * OUTPUTS];
+            int at = int(gl_FragCoord.x), mine = at % POINTS;
+            for (int k = 0; k < POINTS; k++) {
+                p[k] = texelFetch(points, ivec2(at - mine + k, 0), 0).xyz;
+                n[k] = texelFetch(points, ivec2(at - mine + k, 1), 0).xyz;
+            }
+            network(p, n, transfer);
+            result = transfer[mine * OUTPUTS + quad];
         }"""
-    text = "\n".join(["#version 430", shader.defines(net, Variant(1)), shader.piece("network"), main])
+    text = "\n".join(["#version 430", shader.defines(net, Variant(1, points=together)), shader.piece("network"), main])
     gl = render.context()
     program = gl.program(vertex_shader=f"#version 430\n{shader.piece('vertex')}", fragment_shader=text)
     scale = np.pad(net.scale, (0, -len(net.scale) % 4))

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from sdfprt.network import TransferNet
     from sdfprt.reference import reference
     from sdfprt.render import render
+    from sdfprt.render_set import render_set
     from sdfprt.scene import Scene
     from sdfprt.surface import sample_surface
     from sdfprt.transfer import compute_transfer
@@ -43,6 +44,7 @@ __all__ = [
     "metrics",
     "reference",
     "render",
+    "render_set",
     "sample_surface",
     "sh",
 ]
@@ -63,6 +65,7 @@ _HOME = {
     "fit_transfer": "fit",
     "reference": "reference",
     "render": "render",
+    "render_set": "render_set",
     "sample_surface": "surface",
 }
 

@@ -11,16 +11,19 @@ import zipfile
 from collections.abc import Callable
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
 
+from sdfprt import cluster as workers
 from sdfprt import settings
 from sdfprt.asset import Asset, cached_path, find_asset
 from sdfprt.errors import SdfprtError
 from sdfprt.fit import fit_transfer
 from sdfprt.image import atomic_write
 from sdfprt.network import TransferNet
+from sdfprt.progress import track
 from sdfprt.resources import cache_folder
 from sdfprt.scene import Scene
 from sdfprt.surface import sample_surface
@@ -45,12 +48,14 @@ def bake(
     target_psnr: float | None = None,
     preview: bool = False,
     fresh: bool = False,
+    cluster: str | None = None,
 ) -> Asset:
     """The asset of a scene: shipped, from the cache, or made now, resuming what an earlier call left unfinished.
 
     `target_psnr`, dB of transfer at held-out points, finds the smallest of SIZES that reaches it, in place of `width`
     and `layers`; `info["curve"]` holds what each reached. `preview` is a rough network in seconds. `fresh` makes one
-    even where weights ship with the scene or lie in the cache. Raises SdfprtError where the scene has no surface or its
+    even where weights ship with the scene or lie in the cache. `cluster`, a Dask scheduler's address, has its workers trace
+    the rays; the asset is the same to the bit. Raises SdfprtError where the scene has no surface or its
     distance is NaN.
     """
     resolution = settings.Surface.resolution
@@ -82,6 +87,10 @@ def bake(
     key = _key(scene.hash, points, held, seed, resolution, asdict(settings.Surface()))
     surface = _cached(work / f"surface-{key}.npz", lambda: _surface(scene, points + held, seed, resolution))
     traced = work / f"transfer-{_key(key, bands, rays, asdict(settings.Trace()))}"
+    if cluster:
+        with workers.connect(cluster) as client:
+            _ahead(client, scene, surface, slice(0, points), traced, bands, rays, seed)
+            _ahead(client, scene, surface, slice(points, points + held), traced, bands, settings.Fit.held_out_rays, seed)
     train = _samples(scene, surface, slice(0, points), traced, bands, rays, seed)
     validation = _samples(scene, surface, slice(points, points + held), traced, bands, settings.Fit.held_out_rays, seed)
 
@@ -124,6 +133,29 @@ def _samples(
     return points, normals, transfer
 
 
+def _ahead(client: Any, scene: Scene, surface: Arrays, part: slice, folder: Path, bands: int, rays: int, seed: int) -> None:
+    """The files that `_samples` looks for, by the workers of a cluster: a file's points in tasks of workers.POINTS at most."""
+    tasks: list[tuple[Path, slice]] = []
+    left: dict[Path, int] = {}
+    for first in range(part.start, part.stop, _CHUNK):
+        path, stop = folder / f"{first:08d}.npz", min(first + _CHUNK, part.stop)
+        if _stored(path) is None:
+            cuts = [slice(at, min(at + workers.POINTS, stop)) for at in range(first, stop, workers.POINTS)]
+            tasks += [(path, cut) for cut in cuts]
+            left[path] = len(cuts)
+    done: dict[Path, dict[int, ndarray]] = {path: {} for path in left}
+    _ = scene.native  # translated once, here
+    arguments = ((scene, surface["points"][cut], surface["normals"][cut], bands, rays, seed, cut.start) for _, cut in tasks)
+    with track("transfer", len(tasks)) as advance:
+        for number, values in workers.each(client, workers.transfer, arguments):
+            path, cut = tasks[number]
+            done[path][cut.start] = values
+            if len(done[path]) == left[path]:
+                joined = np.concatenate([values for _, values in sorted(done.pop(path).items())])
+                _cached(path, lambda joined=joined: {"T": joined})
+            advance(1)
+
+
 def _network(
     scene: Scene,
     stem: Path,
@@ -163,13 +195,19 @@ def _key(*parts: object) -> str:
     return hashlib.sha256(json.dumps([_VERSION, *parts]).encode()).hexdigest()[:20]
 
 
-def _cached(path: Path, make: Callable[[], Arrays]) -> Arrays:
-    """Arrays of an .npz file; made, and written whole, where it is not there or not readable."""
+def _stored(path: Path) -> Arrays | None:
+    """Arrays of an .npz file, where it is there and readable."""
     try:
         with path.open("rb") as file, np.load(file) as data:
             return dict(data)
     except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile):
-        pass
+        return None
+
+
+def _cached(path: Path, make: Callable[[], Arrays]) -> Arrays:
+    """Arrays of an .npz file; made, and written whole, where it is not there or not readable."""
+    if (found := _stored(path)) is not None:
+        return found
     arrays = make()
     path.parent.mkdir(parents=True, exist_ok=True)
     with atomic_write(path) as temporary:

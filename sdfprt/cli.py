@@ -37,6 +37,13 @@ class Switch(StrEnum):
     off = "off"
 
 
+class Picture(StrEnum):
+    """Kinds of files that are written."""
+
+    exr = "exr"
+    png = "png"
+
+
 # Flags that several verbs share
 SceneName = Annotated[str, typer.Argument(metavar="SCENE", help="A library name, a .glsl file or a scene folder.")]
 LightName = Annotated[str, typer.Option("--light", help="A library light, or an .exr, .hdr or .png file.")]
@@ -56,6 +63,9 @@ Width = Annotated[int, typer.Option("--width", help="Neurons a layer.")]
 Layers = Annotated[int, typer.Option("--layers", help="Linear layers.")]
 Bands = Annotated[int, typer.Option("--bands", min=1, max=8, help="SH bands of transfer; n*n outputs.")]
 Points = Annotated[int, typer.Option("--points", help="Surface samples.")]
+Cluster = Annotated[
+    str | None, typer.Option("--cluster", metavar="ADDRESS", help="A Dask scheduler whose workers do it, such as tcp://host:8786.")
+]
 Rays = Annotated[int, typer.Option("--rays", help="Rays a sample.")]
 DEFAULT_SIZE = f"{settings.Render.width}x{settings.Render.height}"
 DEFAULT_LIGHT = "sky_afternoon"
@@ -170,6 +180,7 @@ def bake(
     rays: Rays = settings.Transfer.rays,
     target_psnr: Annotated[float | None, typer.Option(help="Stop fitting at this validation PSNR, dB.")] = None,
     preview: Annotated[bool, typer.Option(help="A rough network in seconds.")] = False,
+    cluster: Cluster = None,
 ) -> None:
     """Precompute transfer and fit the network; resumes where an earlier call was stopped."""
     from sdfprt.bake import bake as run
@@ -187,6 +198,7 @@ def bake(
         rays=rays,
         target_psnr=target_psnr,
         preview=preview,
+        cluster=cluster,
     )
     if output is not None:
         asset.save(output)
@@ -245,6 +257,54 @@ def render(
         print(f"sdfprt: light windowed against ringing, strength {picture.dering:.3g}", file=sys.stderr)
     write(output, picture.rgb, alpha=None if is_png else picture.alpha, exposure=exposure)
     print(output)
+
+
+@app.command("render-set")
+def render_set(
+    scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="Library names, .glsl files, scene folders.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the pictures and manifest.json.")],
+    light: Annotated[list[str] | None, typer.Option(help="As of `render`; several times for several lights.")] = None,
+    yaw: Annotated[list[float] | None, typer.Option(help="Degrees; several times for several.")] = None,
+    views: Annotated[int, typer.Option(min=1, help="Cameras in a turn about each scene; the first is its own.")] = 1,
+    material: Annotated[list[str] | None, typer.Option(help="As of `render`; several times for several.")] = None,
+    albedo: Albedo = None,
+    specular: Specular = None,
+    size: Size = DEFAULT_SIZE,
+    samples: Samples = settings.Render.samples,
+    kind: Annotated[Picture, typer.Option("--format", help="exr: raw radiance and alpha; png: for the eye.")] = Picture.exr,
+    exposure: Annotated[float, typer.Option(help="PNG only.")] = settings.Render.exposure,
+    asset: Annotated[list[Path] | None, typer.Option(help="Baked .safetensors files, found by their scene.")] = None,
+    width: Width = settings.Network.width,
+    cluster: Cluster = None,
+) -> None:
+    """Render scenes x views x lights x yaws x materials, with a JSON manifest; resumes where an earlier call was stopped."""
+    from sdfprt.asset import Asset
+    from sdfprt.material import parse
+    from sdfprt.render_set import MANIFEST
+    from sdfprt.render_set import render_set as run
+
+    colour = {"albedo": _numbers(albedo, "--albedo"), "specular": _numbers(specular, "--specular")}
+    if not material and any(colour.values()):
+        raise SdfprtError("--albedo and --specular need --material here: each scene has its own")
+    if output.exists() and not output.is_dir():
+        raise SdfprtError(f"{output}: this is a file; give a folder")
+    entries = run(
+        scenes,
+        output,
+        lights=light or (DEFAULT_LIGHT,),
+        yaws=yaw or (0.0,),
+        views=views,
+        materials=[parse(text, **colour) for text in material] if material else (None,),
+        size=_size(size),
+        samples=samples,
+        kind=kind.value,
+        exposure=exposure,
+        width=width,
+        assets=[Asset.load(path) for path in asset or ()],
+        cluster=cluster,
+    )
+    print(f"{len(entries)} pictures")
+    print(output / MANIFEST)
 
 
 @app.command()

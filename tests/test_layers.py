@@ -9,9 +9,9 @@ LAYERS = (
     {"sh", "light", "sky", "material", "camera", "metrics"},
     {"glsl", "native", "field", "scene", "csg", "neural", "shading"},
     {"trace", "surface", "transfer", "network", "fit"},
-    {"asset", "bake", "shader", "inspect"},
+    {"asset", "cluster", "bake", "shader", "inspect"},
     {"render", "torch_render", "reference", "exact"},
-    {"report", "export", "testing", "bench", "demo"},
+    {"report", "render_set", "export", "testing", "bench", "demo"},
     {"cli", "__init__", "__main__"},
 )
 

@@ -3,6 +3,10 @@
 {
     const float px = points.data[3 * item], py = points.data[3 * item + 1], pz = points.data[3 * item + 2];
     const float nx = normals.data[3 * item], ny = normals.data[3 * item + 1], nz = normals.data[3 * item + 2];
+    Grid grid;
+    grid.data = cells.data;
+    grid.counts = counts.data;
+    grid.measure = measure.data;
     const float ox = px + nx * offset, oy = py + ny * offset, oz = pz + nz * offset;
 
     // Frame about the normal (Duff et al. 2017)
@@ -32,53 +36,63 @@
 
     F sum[64];
     for (int i = 0; i < bands * bands; i++) sum[i] = Simd::splat(0.0f);
-    for (int first = 0; first < rays; first += SDFPRT_LANES) {
-        const F number = Simd::to_F(Simd::lanes() + first) + 0.5f;
-        const F u = Simd::fract(number * 0.7548776662f + shift_u), v = Simd::fract(number * 0.5698402910f + shift_v);
-        M live = Simd::lt(number, Simd::splat((float)rays));
-        const F c = Simd::sqrt(Simd::max(1.0f - u, Simd::splat(1e-9f))), r = Simd::sqrt(u);
-        F sn, cs;
-        Simd::sincos(6.28318531f * v, sn, cs);
-        const F lx = r * cs, ly = r * sn;
-        const F dx = lx * tx + ly * bx + c * nx, dy = lx * ty + ly * by + c * ny, dz = lx * tz + ly * bz + c * nz;
-
-        if (shadowed) {
-            F t = Simd::splat(0.0f);
-            for (int k = 0; k < 16; k++) {
-                const float h = height[k], d = radius[k];
-                if (d <= 0.0f) break;
-                const F along = h * c, inside = along * along - (h * h - d * d);
-                const F half = Simd::sqrt(Simd::max(inside, Simd::splat(0.0f)));
-                const M reach = Simd::le(Simd::splat(0.0f), inside) & Simd::le(along - half, t) & Simd::lt(t, along + half);
-                t = Simd::sel(reach, along + half, t);
-            }
-            F enter, leave;
-            Tracer::clip(Simd::splat(ox), Simd::splat(oy), Simd::splat(oz), dx, dy, dz, box.data, enter, leave);
-            const M hit = Tracer::march(Simd::splat(ox), Simd::splat(oy), Simd::splat(oz), dx, dy, dz, t, leave, near,
-                                        step, relaxation, steps, live);
-            live = live & ~hit;
-        }
-
-        // Basis by the recurrence in l of each order m; the constants come from sh.py's normalisation, passed in
-        if (Simd::any(live)) {
-            const F one = Simd::sel(live, Simd::splat(1.0f), Simd::splat(0.0f));
-            F re = one, im = Simd::splat(0.0f);
-            float diagonal = 1.0f;
-            for (int m = 0; m < bands; m++) {
-                F before = Simd::splat(0.0f), here = Simd::splat(diagonal);
-                for (int l = m; l < bands; l++) {
-                    const float scale = norms.data[l * (l + 1) + m];
-                    const int at = l * (l + 1);
-                    sum[at + m] += scale * here * re;
-                    if (m > 0) sum[at - m] += scale * here * im;
-                    const F next = ((float)(2 * l + 1) * dz * here - (float)(l + m) * before) / (float)(l - m + 1);
-                    before = here;
-                    here = next;
+    Packets packets;
+    for (int batch = 0; batch < rays; batch += SDFPRT_BATCH) {
+        const int count = rays - batch < SDFPRT_BATCH ? rays - batch : SDFPRT_BATCH;
+        for (int first = 0; first < count; first += SDFPRT_LANES) {
+            F number = Simd::splat(0.0f);
+            for (int k = 0; k < SDFPRT_LANES; k++) Simd::set(number, k, (float)order.data[batch + first + k] + 0.5f);
+            const F u = Simd::fract(number * 0.7548776662f + shift_u), v = Simd::fract(number * 0.5698402910f + shift_v);
+            const M live = Simd::lt(number, Simd::splat((float)rays));
+            const F c = Simd::sqrt(Simd::max(1.0f - u, Simd::splat(1e-9f))), r = Simd::sqrt(u);
+            F sn, cs;
+            Simd::sincos(6.28318531f * v, sn, cs);
+            const F lx = r * cs, ly = r * sn;
+            const F dx = lx * tx + ly * bx + c * nx, dy = lx * ty + ly * by + c * ny, dz = lx * tz + ly * bz + c * nz;
+            Packets::store(packets.dx + first, dx);
+            Packets::store(packets.dy + first, dy);
+            Packets::store(packets.dz + first, dz);
+            Packets::store(packets.free + first, Simd::sel(live, Simd::splat(1.0f), Simd::splat(0.0f)));
+            if (shadowed) {
+                F t = Simd::splat(0.0f);
+                for (int k = 0; k < 16; k++) {
+                    const float h = height[k], d = radius[k];
+                    if (d <= 0.0f) break;
+                    const F along = h * c, inside = along * along - (h * h - d * d);
+                    const F half = Simd::sqrt(Simd::max(inside, Simd::splat(0.0f)));
+                    const M reach = Simd::le(Simd::splat(0.0f), inside) & Simd::le(along - half, t) & Simd::lt(t, along + half);
+                    t = Simd::sel(reach, along + half, t);
                 }
-                const F turned = re * dx - im * dy;
-                im = re * dy + im * dx;
-                re = turned;
-                diagonal *= -(float)(2 * m + 1);
+                F enter, leave;
+                Tracer::clip(Simd::splat(ox), Simd::splat(oy), Simd::splat(oz), dx, dy, dz, box.data, enter, leave);
+                Packets::store(packets.t + first, t);
+                Packets::store(packets.far + first, leave);
+            }
+        }
+        if (shadowed) packets.trace(grid, ox, oy, oz, near, step, steps, count);
+        for (int first = 0; first < count; first += SDFPRT_LANES) {
+            const F dx = Packets::load(packets.dx + first), dy = Packets::load(packets.dy + first);
+            const F dz = Packets::load(packets.dz + first), one = Packets::load(packets.free + first);
+            // Basis by the recurrence in l of each order m; the constants come from sh.py's normalisation, passed in
+            if (Simd::any(Simd::lt(Simd::splat(0.0f), one))) {
+                F re = one, im = Simd::splat(0.0f);
+                float diagonal = 1.0f;
+                for (int m = 0; m < bands; m++) {
+                    F before = Simd::splat(0.0f), here = Simd::splat(diagonal);
+                    for (int l = m; l < bands; l++) {
+                        const float scale = norms.data[l * (l + 1) + m];
+                        const int at = l * (l + 1);
+                        sum[at + m] += scale * here * re;
+                        if (m > 0) sum[at - m] += scale * here * im;
+                        const F next = ((float)(2 * l + 1) * dz * here - (float)(l + m) * before) / (float)(l - m + 1);
+                        before = here;
+                        here = next;
+                    }
+                    const F turned = re * dx - im * dy;
+                    im = re * dy + im * dx;
+                    re = turned;
+                    diagonal *= -(float)(2 * m + 1);
+                }
             }
         }
     }

@@ -19,8 +19,6 @@ from sdfprt.scene import Scene
 from sdfprt.trace import GBuffer, gbuffer
 from sdfprt.transfer import compute_transfer
 
-_LANES = 16  # as in kernels/simd.h
-
 
 @dataclass(frozen=True)
 class View:
@@ -106,8 +104,8 @@ def colours(
     if not (scene.has_albedo or scene.has_exponent):
         return None, None
     count = len(points)
-    packets = -(-count // _LANES)
-    rows = np.zeros((packets * _LANES, 6), np.float32)
+    packets = -(-count // native.LANES)
+    rows = np.zeros((packets * native.LANES, 6), np.float32)
     rows[:count] = np.concatenate([points, normals], axis=1)
     flat = wp.array(dtype=float)
     body = f"#define SDFPRT_HAS_ALBEDO {int(scene.has_albedo)}\n#define SDFPRT_HAS_EXPONENT {int(scene.has_exponent)}\n"

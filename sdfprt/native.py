@@ -17,6 +17,7 @@ import warp as wp
 from sdfprt.resources import folder
 
 wp.config.log_level = wp.LOG_ERROR  # standard output is for results
+LANES = 16  # of a packet on the CPU, as in kernels/simd.h; arrays of rays are padded to whole packets
 THREADS = min(os.cpu_count() or 1, 16)
 
 

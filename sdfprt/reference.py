@@ -21,7 +21,6 @@ from sdfprt.material import Diffuse, Material
 from sdfprt.progress import track
 from sdfprt.scene import NORMAL_STEP, Scene
 
-LANES = 16  # paths a packet, as in kernels/simd.h
 PASS = 8  # packets a pass
 EPSILON = 2e-5  # of the diagonal: finer than the fast tracer's, as befits a yardstick
 
@@ -73,7 +72,7 @@ def reference_image(
         raise SdfprtError(f"reference: spp {spp} must be at least 1 and bounces {bounces} at least 0")
     material, camera = material or scene.material, camera or scene.camera
     origin, directions = camera.rays(size, samples)
-    packets = max(2, -(-spp // (LANES * samples**2)))
+    packets = max(2, -(-spp // (native.LANES * samples**2)))
     tracer = _Tracer(scene, light, material, origin, directions.reshape(-1, 3), bounces)
     key = _key(scene, light, material, camera, size, samples, bounces, seed)
     sums = _load(checkpoint, key, len(tracer))
@@ -90,7 +89,7 @@ def reference_image(
         mean.reshape(*cells, 3).mean(axis=(1, 3)).astype(np.float32),
         sums.alpha.reshape(cells).mean(axis=(1, 3)).astype(np.float32),
         (np.sqrt(variance.reshape(*cells, 3).mean(axis=(1, 3))) / samples).astype(np.float32),
-        sums.packets * LANES * samples**2,
+        sums.packets * native.LANES * samples**2,
     )
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 class Surface:
     resolution: int = 256  # marching-cubes cells along the longest side of the bounds
     tolerance: float = 1e-4  # |distance| of a sample after projection, of the scene
-    points: int = 220_000  # samples a bake draws
+    points: int = 260_000  # samples a bake draws
 
 
 @dataclass(frozen=True)
@@ -20,27 +20,29 @@ class Trace:
     lift: float = 2e-4  # how far off the surface a shadow's ray begins, of the scene
     steps: int = 256  # at most, a ray
     relaxation: float = 1.3  # over-relaxed step; falls back to the safe one
+    grid: int = 128  # cells along the longest side of transfer's grid of safe steps
+    margin: float = 0.25  # what interpolation in it may overestimate, of a cell
 
 
 @dataclass(frozen=True)
 class Transfer:
     bands: int = 4  # n*n coefficients
-    rays: int = 256  # a point
+    rays: int = 128  # a point; more do not help the fit, which averages them
 
 
 @dataclass(frozen=True)
 class Network:
     width: int = 64  # neurons a layer
     layers: int = 4  # linear layers
-    position_frequencies: int = 6  # octaves of the positional encoding of p
-    normal_frequencies: int = 6  # the same for n
+    position_frequencies: int = 7  # octaves of the positional encoding of p
+    normal_frequencies: int = 2  # the same for n
 
 
 @dataclass(frozen=True)
 class Fit:
-    steps: int = 6000  # of the optimizer
+    steps: int = 16_000  # of the optimizer
     batch: int = 1024  # samples a step
-    rate: float = 0.02  # peak of the one cycle, matrices (Muon)
+    rate: float = 0.03  # peak of the one cycle, matrices (Muon)
     bias_share: float = 0.25  # rate of the biases (Adam), of that
     seconds: float = 5.0  # between checkpoints
     held_out: int = 4096  # samples of a bake for validation

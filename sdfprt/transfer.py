@@ -1,5 +1,6 @@
 """Transfer: cosine-weighted visibility in SH, T_i = integral of V(p,w) max(n.w, 0) y_i(w) dw (learnt transfer, Eq. 2)."""
 
+import functools
 from math import factorial, pi, sqrt
 
 import numpy as np
@@ -11,7 +12,7 @@ from sdfprt import native, settings, sh
 from sdfprt.errors import SdfprtError
 from sdfprt.progress import track
 from sdfprt.scene import Scene
-from sdfprt.trace import box_array
+from sdfprt.trace import box_array, grid_arrays
 
 _CHUNK = 16_384  # points a launch
 MAX_BANDS = 8
@@ -25,6 +26,19 @@ def _norms(bands: int) -> ndarray:
             scale = sqrt((2 * degree + 1) / (4 * pi) * factorial(degree - m) / factorial(degree + m))
             norms[degree * (degree + 1) + m] = scale * (sqrt(2) if m else 1)
     return norms
+
+
+@functools.cache
+def _order(rays: int) -> ndarray:
+    """Numbers of the R2 sequence (kernels/transfer.h) such that each packet of lanes covers a patch of directions.
+
+    Padded to whole packets with numbers that are at least `rays`, which the kernel leaves out.
+    """
+    number = np.arange(rays)
+    u, v = ((number + 0.5) * step % 1 for step in (0.7548776662, 0.5698402910))
+    sectors = max(round(sqrt(rays / native.LANES)), 1)
+    order = np.lexsort((u, np.floor(v * sectors)))
+    return np.concatenate([number[order], np.arange(rays, -(-rays // native.LANES) * native.LANES)]).astype(np.int32)
 
 
 def compute_transfer(
@@ -52,27 +66,29 @@ def compute_transfer(
         raise SdfprtError(f"compute_transfer: rays must be 1 or more, not {rays}")
     if not (np.isfinite(points).all() and np.isfinite(normals).all()):
         raise SdfprtError(f"{scene.file}: points or normals are not finite")
-    flat = wp.array(dtype=float)
+    flat, whole, short = wp.array(dtype=float), wp.array(dtype=int), wp.array(dtype=wp.int16)
     kernel = native.build(
         scene.native,
-        ("trace.h", "transfer.h"),
+        ("trace.h", "grid.h", "packets.h", "transfer.h"),
         {
-            "points": flat, "normals": flat, "out": flat, "box": flat, "norms": flat, "bands": int, "rays": int,
-            "seed": int, "start": int, "shadowed": int, "offset": float, "near": float, "step": float,
-            "relaxation": float, "steps": int,
+            "points": flat, "normals": flat, "out": flat, "box": flat, "norms": flat, "order": whole, "cells": short,
+            "counts": whole, "measure": flat, "bands": int, "rays": int, "seed": int, "start": int, "shadowed": int,
+            "offset": float, "near": float, "step": float, "steps": int,
         },
     )  # fmt: skip
     result = np.empty((len(points), bands * bands), np.float32)
     norms = wp.array(_norms(bands), dtype=float, device="cpu")
     size = scene.diagonal
-    limits = [settings.Trace.lift * size, settings.Trace.epsilon * size, scene.step, settings.Trace.relaxation]
+    limits = [settings.Trace.lift * size, settings.Trace.epsilon * size, scene.step]
+    order = wp.array(_order(rays), dtype=int, device="cpu")
+    cells = grid_arrays(scene)
     with track("transfer", len(points)) as advance:
         for first in range(0, len(points), _CHUNK):
             part = slice(first, min(first + _CHUNK, len(points)))
             count = part.stop - first
             out = wp.empty(count * bands * bands, dtype=float, device="cpu")
             arrays = [wp.array(x[part].ravel(), dtype=float, device="cpu") for x in (points, normals)]
-            fixed = [out, box_array(scene), norms, bands, rays, seed, start + first, int(shadowed)]
+            fixed = [out, box_array(scene), norms, order, *cells, bands, rays, seed, start + first, int(shadowed)]
             native.launch(kernel, count, [*arrays, *fixed, *limits, settings.Trace.steps])
             result[part] = out.numpy().reshape(count, -1)
             advance(count)

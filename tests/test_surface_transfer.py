@@ -142,20 +142,25 @@ def test_wrong_arguments_are_refused(scene: Scene):
 
 
 @pytest.mark.parametrize(
-    ("body", "arrays", "numbers"),
+    ("pieces", "arrays", "others"),
     [
-        ("visible.h", "origins directions out box", {"near": float, "step": float, "relaxation": float, "steps": int}),
         (
-            "transfer.h",
-            "points normals out box norms",
-            dict.fromkeys(("bands", "rays", "seed", "start", "shadowed"), int)
-            | {"offset": float, "near": float, "step": float, "relaxation": float, "steps": int},
+            ("trace.h", "visible.h"),
+            "origins directions out box",
+            {"near": float, "step": float, "relaxation": float, "steps": int},
+        ),
+        (
+            ("trace.h", "grid.h", "packets.h", "transfer.h"),
+            "points normals out box norms measure",
+            {"order": wp.array(dtype=int), "counts": wp.array(dtype=int), "cells": wp.array(dtype=wp.int16)}
+            | dict.fromkeys(("bands", "rays", "seed", "start", "shadowed"), int)
+            | {"offset": float, "near": float, "step": float, "steps": int},
         ),
     ],
 )
-def test_transfer_kernels_compile_for_cuda(scene: Scene, tmp_path, body: str, arrays: str, numbers: dict):
+def test_transfer_kernels_compile_for_cuda(scene: Scene, tmp_path, pieces: tuple, arrays: str, others: dict):
     flat = wp.array(dtype=float)
-    kernel = native.build(scene.native, ("trace.h", body), dict.fromkeys(arrays.split(), flat) | numbers)
+    kernel = native.build(scene.native, pieces, dict.fromkeys(arrays.split(), flat) | others)
     wp.compile_aot_module(kernel.module, arch=86, module_dir=str(tmp_path), use_ptx=True)
     assert any(tmp_path.iterdir())
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from sdfprt.bake import bake
     from sdfprt.camera import Camera
     from sdfprt.errors import GlslError, SdfprtError
+    from sdfprt.export import export_html, export_shadertoy
     from sdfprt.fit import fit_transfer
     from sdfprt.light import Light
     from sdfprt.material import Diffuse, DiffusePhong, Phong
@@ -40,6 +41,8 @@ __all__ = [
     "bake",
     "compute_transfer",
     "csg",
+    "export_html",
+    "export_shadertoy",
     "fit_transfer",
     "metrics",
     "reference",
@@ -62,6 +65,8 @@ _HOME = {
     "TransferNet": "network",
     "bake": "bake",
     "compute_transfer": "transfer",
+    "export_html": "export",
+    "export_shadertoy": "export",
     "fit_transfer": "fit",
     "reference": "reference",
     "render": "render",

@@ -361,6 +361,61 @@ def report(
 
 
 @app.command()
+def export(
+    scene: SceneName,
+    html: Annotated[Path | None, typer.Option(metavar="OUT.html", help="One page that needs nothing else; WebGL 2.")] = None,
+    shadertoy: Annotated[Path | None, typer.Option(metavar="OUT.glsl", help="One tab of Shadertoy.")] = None,
+    asset: Annotated[Path | None, typer.Option(help="A baked .safetensors file; default: shipped, cached or baked.")] = None,
+    light: LightName = DEFAULT_LIGHT,
+    yaw: Yaw = 0.0,
+    material: MaterialName = None,
+    albedo: Albedo = None,
+    specular: Specular = None,
+    eye: Eye = None,
+    target: Target = None,
+    fov: Fov = None,
+    size: Size = DEFAULT_SIZE,
+    samples: Samples = settings.Render.samples,
+    exposure: Annotated[float, typer.Option(help="Multiplies radiance before the tone curve.")] = settings.Render.exposure,
+    dering: Annotated[Switch, typer.Option(help="Window the light's SH until it is nowhere negative; auto is on.")] = Switch.auto,
+    background: Annotated[Switch, typer.Option(help="Show the light behind the scene; auto is on.")] = Switch.auto,
+    width: Width = settings.Network.width,
+) -> None:
+    """Write the scene for browsers: a page with the mouse on the camera, or the text of a shader for Shadertoy."""
+    from sdfprt.asset import Asset
+    from sdfprt.bake import bake as run_bake
+    from sdfprt.export import export_html, export_shadertoy
+    from sdfprt.image import atomic_write
+
+    if html is None and shadertoy is None:
+        raise SdfprtError("export: give --html OUT.html, --shadertoy OUT.glsl, or both")
+    if html is not None:
+        _picture(html, (".html", ".htm"))
+    if shadertoy is not None:
+        _picture(shadertoy, (".glsl", ".frag", ".txt"))
+    pixels = _size(size)
+    loaded, environment, lobe, camera = _setup(scene, light, 0.0, material, albedo, specular, eye, target, fov)
+    baked = Asset.load(asset, scene=loaded) if asset else run_bake(loaded, width=width)
+    look = {
+        "material": lobe,
+        "camera": camera,
+        "samples": samples,
+        "exposure": exposure,
+        "background": background is not Switch.off,
+        "dering": dering is not Switch.off,
+    }
+    written = []
+    if html is not None:
+        written.append((html, export_html(loaded, baked, environment, yaw=yaw, size=pixels, **look)))
+    if shadertoy is not None:
+        written.append((shadertoy, export_shadertoy(loaded, baked, environment.rotated(yaw=yaw), **look)))
+    for path, text in written:
+        with atomic_write(path) as temporary:
+            temporary.write_text(text)
+        print(path)
+
+
+@app.command()
 def compare(
     a: Path,
     b: Path,

@@ -79,7 +79,7 @@ def surface_fragment(scene: Scene) -> str:
     """The first pass: what each sample sees."""
     flags = [f"#define HAS_{name}" for name in ("ALBEDO", "EXPONENT") if getattr(scene, f"has_{name.lower()}")]
     ours = "\n".join([VERSION, *flags, join(SURFACE)])
-    return "\n".join([ours, _renamed(ours, scene.shader_source), "#line 1", scene.shader_source])
+    return "\n".join([ours, renamed(ours, scene.shader_source), "#line 1", scene.shader_source])
 
 
 def background_fragment() -> str:
@@ -159,7 +159,7 @@ def global_names(text: str) -> set[str]:
     return names
 
 
-def _renamed(ours: str, users: str) -> str:
+def renamed(ours: str, users: str) -> str:
     """#defines that give the user's versions of our global names other names; our macros end before the user's text."""
     bare = without_comments(users)
     macros = set(re.findall(r"^[ \t]*#[ \t]*define[ \t]+(\w+)", bare, flags=re.M))

@@ -2,7 +2,9 @@
 // Counts are in fours: INPUTS, WIDTH, OUTPUTS; LAYERS linear layers.
 // Weights come from a texture: compiled in two seconds at any width where constants took half a minute, and any network of
 // the same size runs without compiling again.
+#ifndef PACKED_WEIGHTS
 uniform sampler2D networkWeights;  // 4x4 blocks, row of blocks after row, layer after layer; then the biases
+#endif
 uniform vec3 networkCenter;
 uniform float networkExtent;
 uniform vec4 networkScale[OUTPUTS];
@@ -10,7 +12,12 @@ uniform int once;  // 1: loops whose length the compiler cannot know stay loops,
 
 // Columns of a block, and a bias, in rows of 1024 texels.
 vec4 weightTexel(int at) {
+#ifdef PACKED_WEIGHTS  // halves in an array, two texels an element, where there are no textures
+    uvec4 both = packedWeights[at >> 1];
+    return (at & 1) == 0 ? vec4(unpackHalf2x16(both.x), unpackHalf2x16(both.y)) : vec4(unpackHalf2x16(both.z), unpackHalf2x16(both.w));
+#else
     return texelFetch(networkWeights, ivec2(at & 1023, at >> 10), 0);
+#endif
 }
 
 mat4 weightBlock(int at) {

@@ -38,6 +38,20 @@ def compile_glsl(text: str, stage: str = "frag", file: str = "scene.glsl") -> by
         return target.read_bytes()
 
 
+def check_es(text: str, file: str = "scene.glsl") -> None:
+    """Raise GlslError where a whole fragment shader that says #version 300 es is not GLSL ES 3.00."""
+    program, environment = _glslang()
+    with tempfile.TemporaryDirectory() as folder:
+        source = Path(folder) / "shader.frag"
+        source.write_text(text)
+        try:
+            done = subprocess.run([program, str(source)], capture_output=True, env=environment, timeout=SECONDS)
+        except subprocess.TimeoutExpired:
+            raise GlslError(f"{file}: compiling took longer than {SECONDS} s and was stopped") from None
+    if done.returncode != 0:
+        raise GlslError("not GLSL ES 3.00: " + explain((done.stdout + done.stderr).decode(errors="replace"), text, file))
+
+
 def explain(output: str, text: str, file: str) -> str:
     """The compiler's messages as `file:line: message`, with a suggestion where a name is unknown."""
     messages = []

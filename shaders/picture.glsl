@@ -1,0 +1,84 @@
+// One pass for browsers: trace, network, light and what is behind; then exposure, tone curve and sRGB as sdfprt/image.py has them.
+vec3 viewOrigin();
+vec3 viewRay();
+float footprint();
+float march(vec3 o, vec3 d, float width);
+vec3 surfaceNormal(vec3 p);
+void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS]);
+vec3 shade(vec3 n, vec3 o, vec4 transfer[OUTPUTS], vec3 base, float s);
+#ifdef HAS_ALBEDO
+vec3 albedo(vec3 p, vec3 n);
+#endif
+#ifdef HAS_EXPONENT
+float exponent(vec3 p, vec3 n);
+#endif
+#ifdef ENVIRONMENT_MAP
+uniform sampler2D environment;  // lat-long as in background.glsl
+uniform mat3 toMap;             // world to map
+#else
+void weightedBasis(vec3 d, float weights[RESULT_BANDS], out float y[4 * RESULTS]);
+uniform vec3 skyCoefficients[LIGHT_COUNT];
+#endif
+uniform vec3 baseColour;
+uniform float baseExponent;
+uniform float exposure;
+uniform bool background;
+uniform int samples;            // n x n in each pixel
+uniform int once;               // 1, see network.glsl
+
+// The light from direction d, or black.
+vec3 behind(vec3 d) {
+    if (!background) return vec3(0.0);
+#ifdef ENVIRONMENT_MAP
+    vec3 m = toMap * d;
+    vec2 at = vec2(0.5 - atan(m.x, m.z) / 6.28318530717959, acos(clamp(m.y, -1.0, 1.0)) / 3.14159265358979);
+    return textureLod(environment, at, 0.0).rgb;
+#else
+    float ones[RESULT_BANDS], y[4 * RESULTS];
+    for (int l = 0; l < RESULT_BANDS; l++) ones[l] = 1.0;
+    weightedBasis(d, ones, y);
+    vec3 sum = vec3(0.0);
+    for (int i = 0; i < LIGHT_COUNT; i++) sum += skyCoefficients[i] * y[i];
+    return max(sum, vec3(0.0));
+#endif
+}
+
+// Radiance along the ray through this fragment.
+vec3 seenRadiance() {
+    vec3 o = viewOrigin(), d = viewRay();
+    float t = march(o, d, footprint());
+    if (t < 0.0) return behind(d);
+    vec3 p[POINTS], n[POINTS];
+    p[0] = o + d * t;
+    n[0] = surfaceNormal(p[0]);
+    vec3 colour = baseColour;
+    float s = baseExponent;
+#ifdef HAS_ALBEDO
+    colour = albedo(p[0], n[0]);
+#endif
+#ifdef HAS_EXPONENT
+    s = exponent(p[0], n[0]);
+#endif
+    vec4 transfer[OUTPUTS];
+    network(p, n, transfer);
+    return shade(n[0], -d, transfer, colour, s);
+}
+
+// Linear to 0.6, then a shoulder that reaches 1 at infinity; sRGB.
+vec3 encoded(vec3 radiance) {
+    vec3 x = max(radiance, vec3(0.0)) * exposure, over = max(x - 0.6, vec3(0.0));
+    x = min(x, vec3(0.6)) + 0.4 * over / (over + 0.4);
+    return mix(12.92 * x, 1.055 * pow(max(x, vec3(1e-12)), vec3(1.0 / 2.4)) - 0.055, step(vec3(0.0031308), x));
+}
+
+// The pixel whose centre is `at`, of a picture of `size` pixels.
+vec3 pixel(vec2 at, vec2 size) {
+    vec3 sum = vec3(0.0);
+    for (int k = 0; k < samples * samples * once; k++) {
+        // viewRay adds gl_FragCoord: the place of sample k in the finer grid less that
+        vec2 place = floor(at) * float(samples) + vec2(float(k % samples), float(k / samples)) + 0.5;
+        viewport = vec4(place - gl_FragCoord.xy, size * float(samples));
+        sum += seenRadiance();
+    }
+    return encoded(sum / float(samples * samples));
+}

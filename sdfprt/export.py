@@ -179,13 +179,13 @@ def _page_fragment(scene: Scene, net: TransferNet, variant: Variant) -> str:
 
 
 def _declared_once(text: str) -> str:
-    """ES takes a uniform's declaration once, where desktop GLSL takes it again."""
+    """ES takes a declaration once, where desktop GLSL takes a uniform's again; our pieces repeat what they need."""
     seen: set[str] = set()
 
     def keep(match: re.Match) -> str:
         return match[0] if match[1] not in seen and not seen.add(match[1]) else ""
 
-    return re.sub(r"^uniform \w+ (\w+)[^;\n]*;[^\n]*$", keep, text, flags=re.M)
+    return re.sub(r"^(?:uniform )?\w+ (\w+)(?:\[[^\]]*\])?;[^\n]*$", keep, text, flags=re.M)
 
 
 def _fixed(scene: Scene, net: TransferNet) -> dict[str, Any]:
@@ -221,7 +221,7 @@ def _as_constants(text: str, values: dict[str, Any], variables: tuple[str, ...])
             return f"const {kind} {name} = {_literal(kind, values[name])};"
         return f"const {kind} {name}{size} = {kind}[]({', '.join(_literal(kind, row) for row in values[name])});"
 
-    return re.sub(r"^uniform (\w+) (\w+)(\[[^\]]*\])?;[^\n]*$", replace, text, flags=re.M)
+    return re.sub(r"^(?:uniform )?(\w+) (\w+)(\[[^\]]*\])?;[^\n]*$", replace, text, flags=re.M)
 
 
 def _literal(kind: str, value: Any) -> str:

@@ -19,6 +19,7 @@ uniform mat3 toMap;             // world to map
 void weightedBasis(vec3 d, float weights[RESULT_BANDS], out float y[4 * RESULTS]);
 uniform vec3 skyCoefficients[LIGHT_COUNT];
 #endif
+vec4 viewport;                  // camera.glsl's: not a uniform here but a sample's place
 uniform vec3 baseColour;
 uniform float baseExponent;
 uniform float exposure;

@@ -1,5 +1,9 @@
 // Shadertoy's entry: the mouse turns the camera about what it looks at.
 vec3 pixel(vec2 at, vec2 size);
+vec3 eye;   // camera.glsl's
+mat3 axes;
+uniform vec3 iResolution;
+uniform vec4 iMouse;
 uniform vec3 firstEye;
 uniform vec3 target;
 uniform vec3 upward;

@@ -1,62 +1,67 @@
-// Transfer of one point a item: T_i = integral of V max(n.w, 0) y_i(w) dw by cosine-weighted directions, an R2 sequence
+// Transfer of SDFPRT_GROUP points an item: T_i = integral of V max(n.w, 0) y_i(w) dw by cosine-weighted directions, an R2 sequence
 // shifted differently at each point. Rays begin where empty balls along the normal end: the creeping zone is never marched.
 {
-    const float px = points.data[3 * item], py = points.data[3 * item + 1], pz = points.data[3 * item + 2];
-    const float nx = normals.data[3 * item], ny = normals.data[3 * item + 1], nz = normals.data[3 * item + 2];
-    Grid grid;
-    grid.data = cells.data;
-    grid.counts = counts.data;
-    grid.measure = measure.data;
-    const float ox = px + nx * offset, oy = py + ny * offset, oz = pz + nz * offset;
+    const int SHARE = SDFPRT_BATCH / SDFPRT_GROUP;  // rays of a point in a batch
+    const int begin = item * SDFPRT_GROUP, members = total - begin < SDFPRT_GROUP ? total - begin : SDFPRT_GROUP;
+    Packets packets;
+    F sum[SDFPRT_GROUP][64];
+    for (int g = 0; g < members; g++)
+        for (int i = 0; i < bands * bands; i++) sum[g][i] = Simd::splat(0.0f);
 
-    // Frame about the normal (Duff et al. 2017)
-    const float sign = nz >= 0.0f ? 1.0f : -1.0f;
-    const float a = -1.0f / (sign + nz), b = nx * ny * a;
-    const float tx = 1.0f + sign * nx * nx * a, ty = sign * b, tz = -sign * nx;
-    const float bx = b, by = sign + ny * ny * a, bz = -ny;
-
-    // Empty balls: centres o + h n, h growing by 1.7 a ball
-    float height[16], radius[16];
-    if (shadowed) {
+    // Empty balls of each point: centres o + h n, h growing by 1.7 a ball
+    float height[16], radius[SDFPRT_GROUP][16];
+    for (int k = 0; k < 16; k++) height[k] = 2.0f * offset * expf(0.530628f * (float)k);
+    for (int g = 0; g < members && shadowed; g++) {
+        const float* p = points.data + 3 * (begin + g);
+        const float* n = normals.data + 3 * (begin + g);
         for (int first = 0; first < 16; first += SDFPRT_LANES) {
-            F h = Simd::splat(0.0f);
-            for (int k = 0; k < SDFPRT_LANES; k++) {
-                height[first + k] = 2.0f * offset * expf(0.530628f * (float)(first + k));
-                Simd::set(h, k, height[first + k]);
-            }
-            const F d = Scene::distance(ox + nx * h, oy + ny * h, oz + nz * h, Simd::ones()) * step;
-            for (int k = 0; k < SDFPRT_LANES; k++) radius[first + k] = Simd::lane(d, k);
+            F h = Simd::splat(offset);
+            for (int k = 0; k < SDFPRT_LANES; k++) Simd::set(h, k, offset + height[first + k]);
+            const F d = Scene::distance(p[0] + n[0] * h, p[1] + n[1] * h, p[2] + n[2] * h, Simd::ones()) * step;
+            for (int k = 0; k < SDFPRT_LANES; k++) radius[g][first + k] = Simd::lane(d, k);
         }
     }
 
-    // A shift of the directions that depends on the point's number and the seed alone
-    unsigned s = ((unsigned)(item + start) * 2654435761u) ^ ((unsigned)seed * 2246822519u);
-    s ^= s >> 16; s *= 0x7feb352du; s ^= s >> 15; s *= 0x846ca68bu; s ^= s >> 16;
-    const float shift_u = (float)(s & 0xffffu) / 65536.0f, shift_v = (float)(s >> 16) / 65536.0f;
+    for (int batch = 0; batch < rays; batch += SHARE) {
+        const int share = rays - batch < SHARE ? rays - batch : SHARE;
+        const int padded = (share + SDFPRT_LANES - 1) / SDFPRT_LANES * SDFPRT_LANES;
+        for (int g = 0; g < members; g++) {
+            const float* p = points.data + 3 * (begin + g);
+            const float nx = normals.data[3 * (begin + g)], ny = normals.data[3 * (begin + g) + 1];
+            const float nz = normals.data[3 * (begin + g) + 2];
+            const float ox = p[0] + nx * offset, oy = p[1] + ny * offset, oz = p[2] + nz * offset;
 
-    F sum[64];
-    for (int i = 0; i < bands * bands; i++) sum[i] = Simd::splat(0.0f);
-    Packets packets;
-    for (int batch = 0; batch < rays; batch += SDFPRT_BATCH) {
-        const int count = rays - batch < SDFPRT_BATCH ? rays - batch : SDFPRT_BATCH;
-        for (int first = 0; first < count; first += SDFPRT_LANES) {
-            F number = Simd::splat(0.0f);
-            for (int k = 0; k < SDFPRT_LANES; k++) Simd::set(number, k, (float)order.data[batch + first + k] + 0.5f);
-            const F u = Simd::fract(number * 0.7548776662f + shift_u), v = Simd::fract(number * 0.5698402910f + shift_v);
-            const M live = Simd::lt(number, Simd::splat((float)rays));
-            const F c = Simd::sqrt(Simd::max(1.0f - u, Simd::splat(1e-9f))), r = Simd::sqrt(u);
-            F sn, cs;
-            Simd::sincos(6.28318531f * v, sn, cs);
-            const F lx = r * cs, ly = r * sn;
-            const F dx = lx * tx + ly * bx + c * nx, dy = lx * ty + ly * by + c * ny, dz = lx * tz + ly * bz + c * nz;
-            Packets::store(packets.dx + first, dx);
-            Packets::store(packets.dy + first, dy);
-            Packets::store(packets.dz + first, dz);
-            Packets::store(packets.free + first, Simd::sel(live, Simd::splat(1.0f), Simd::splat(0.0f)));
-            if (shadowed) {
+            // Frame about the normal (Duff et al. 2017)
+            const float sign = nz >= 0.0f ? 1.0f : -1.0f;
+            const float a = -1.0f / (sign + nz), b = nx * ny * a;
+            const float tx = 1.0f + sign * nx * nx * a, ty = sign * b, tz = -sign * nx;
+            const float bx = b, by = sign + ny * ny * a, bz = -ny;
+
+            // A shift of the directions that depends on the point's number and the seed alone
+            unsigned s = ((unsigned)(begin + g + start) * 2654435761u) ^ ((unsigned)seed * 2246822519u);
+            s ^= s >> 16; s *= 0x7feb352du; s ^= s >> 15; s *= 0x846ca68bu; s ^= s >> 16;
+            const float shift_u = (float)(s & 0xffffu) / 65536.0f, shift_v = (float)(s >> 16) / 65536.0f;
+
+            for (int first = 0; first < padded; first += SDFPRT_LANES) {
+                const int at = g * padded + first;
+                F number = Simd::splat(0.0f);
+                for (int k = 0; k < SDFPRT_LANES; k++) Simd::set(number, k, (float)order.data[batch + first + k] + 0.5f);
+                const F u = Simd::fract(number * 0.7548776662f + shift_u);
+                const F v = Simd::fract(number * 0.5698402910f + shift_v);
+                const M used = Simd::lt(number, Simd::splat((float)rays));
+                const F c = Simd::sqrt(Simd::max(1.0f - u, Simd::splat(1e-9f))), r = Simd::sqrt(u);
+                F sn, cs;
+                Simd::sincos(6.28318531f * v, sn, cs);
+                const F lx = r * cs, ly = r * sn;
+                const F dx = lx * tx + ly * bx + c * nx, dy = lx * ty + ly * by + c * ny, dz = lx * tz + ly * bz + c * nz;
+                Packets::store(packets.dx + at, dx);
+                Packets::store(packets.dy + at, dy);
+                Packets::store(packets.dz + at, dz);
+                Packets::store(packets.free + at, Simd::sel(used, Simd::splat(1.0f), Simd::splat(0.0f)));
+                if (!shadowed) continue;
                 F t = Simd::splat(0.0f);
                 for (int k = 0; k < 16; k++) {
-                    const float h = height[k], d = radius[k];
+                    const float h = height[k], d = radius[g][k];
                     if (d <= 0.0f) break;
                     const F along = h * c, inside = along * along - (h * h - d * d);
                     const F half = Simd::sqrt(Simd::max(inside, Simd::splat(0.0f)));
@@ -65,40 +70,45 @@
                 }
                 F enter, leave;
                 Tracer::clip(Simd::splat(ox), Simd::splat(oy), Simd::splat(oz), dx, dy, dz, box.data, enter, leave);
-                Packets::store(packets.t + first, t);
-                Packets::store(packets.far + first, leave);
+                Packets::store(packets.t + at, t);
+                Packets::store(packets.far + at, leave);
+                Packets::store(packets.ox + at, Simd::splat(ox));
+                Packets::store(packets.oy + at, Simd::splat(oy));
+                Packets::store(packets.oz + at, Simd::splat(oz));
             }
         }
-        if (shadowed) packets.trace(grid, ox, oy, oz, near, step, steps, count);
-        for (int first = 0; first < count; first += SDFPRT_LANES) {
-            const F dx = Packets::load(packets.dx + first), dy = Packets::load(packets.dy + first);
-            const F dz = Packets::load(packets.dz + first), one = Packets::load(packets.free + first);
-            // Basis by the recurrence in l of each order m; the constants come from sh.py's normalisation, passed in
-            if (Simd::any(Simd::lt(Simd::splat(0.0f), one))) {
-                F re = one, im = Simd::splat(0.0f);
-                float diagonal = 1.0f;
-                for (int m = 0; m < bands; m++) {
-                    F before = Simd::splat(0.0f), here = Simd::splat(diagonal);
-                    for (int l = m; l < bands; l++) {
-                        const float scale = norms.data[l * (l + 1) + m];
-                        const int at = l * (l + 1);
-                        sum[at + m] += scale * here * re;
-                        if (m > 0) sum[at - m] += scale * here * im;
-                        const F next = ((float)(2 * l + 1) * dz * here - (float)(l + m) * before) / (float)(l - m + 1);
-                        before = here;
-                        here = next;
-                    }
-                    const F turned = re * dx - im * dy;
-                    im = re * dy + im * dx;
-                    re = turned;
-                    diagonal *= -(float)(2 * m + 1);
+        if (shadowed) packets.trace(near, step, steps, members * padded);
+
+        // Basis by the recurrence in l of each order m; the constants come from sh.py's normalisation, passed in
+        for (int at = 0; at < members * padded; at += SDFPRT_LANES) {
+            const F dx = Packets::load(packets.dx + at), dy = Packets::load(packets.dy + at);
+            const F dz = Packets::load(packets.dz + at), one = Packets::load(packets.free + at);
+            if (!Simd::any(Simd::lt(Simd::splat(0.0f), one))) continue;
+            F* total_of = sum[at / padded];
+            F re = one, im = Simd::splat(0.0f);
+            float diagonal = 1.0f;
+            for (int m = 0; m < bands; m++) {
+                F before = Simd::splat(0.0f), here = Simd::splat(diagonal);
+                for (int l = m; l < bands; l++) {
+                    const float scale = norms.data[l * (l + 1) + m];
+                    const int i = l * (l + 1);
+                    total_of[i + m] += scale * here * re;
+                    if (m > 0) total_of[i - m] += scale * here * im;
+                    const F next = ((float)(2 * l + 1) * dz * here - (float)(l + m) * before) / (float)(l - m + 1);
+                    before = here;
+                    here = next;
                 }
+                const F turned = re * dx - im * dy;
+                im = re * dy + im * dx;
+                re = turned;
+                diagonal *= -(float)(2 * m + 1);
             }
         }
     }
-    for (int i = 0; i < bands * bands; i++) {
-        float total = 0.0f;
-        for (int k = 0; k < SDFPRT_LANES; k++) total += Simd::lane(sum[i], k);
-        out.data[item * bands * bands + i] = total * 3.14159265f / (float)rays;
-    }
+    for (int g = 0; g < members; g++)
+        for (int i = 0; i < bands * bands; i++) {
+            float all = 0.0f;
+            for (int k = 0; k < SDFPRT_LANES; k++) all += Simd::lane(sum[g][i], k);
+            out.data[(begin + g) * bands * bands + i] = all * 3.14159265f / (float)rays;
+        }
 }

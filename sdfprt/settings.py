@@ -20,8 +20,6 @@ class Trace:
     lift: float = 2e-4  # how far off the surface a shadow's ray begins, of the scene
     steps: int = 256  # at most, a ray
     relaxation: float = 1.3  # over-relaxed step; falls back to the safe one
-    grid: int = 128  # cells along the longest side of transfer's grid of safe steps
-    margin: float = 0.25  # what interpolation in it may overestimate, of a cell
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,5 @@
 """Sphere tracing by Warp: nearest hits, visibility, and the G-buffer of a camera."""
 
-import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,29 +24,6 @@ class GBuffer:
 
 def box_array(scene: Scene) -> wp.array:
     return wp.array(np.asarray(scene.bounds, np.float32).ravel(), dtype=float, device="cpu")
-
-
-@functools.lru_cache(maxsize=4)
-def _grid(scene: Scene) -> tuple[ndarray, ndarray, ndarray]:
-    """Cells of kernels/grid.h: safe steps in 16 bits (x, y, z), their counts, and the measures."""
-    cell = 2 * scene.extent / settings.Trace.grid
-    low = np.asarray(scene.bounds[0], np.float64)
-    counts = np.ceil(scene.size / cell - 1e-6).astype(np.int32) + 1
-    unit = scene.diagonal / 32767
-    values = np.empty(counts, np.int16)
-    yz = np.stack(np.meshgrid(*(np.arange(n) for n in counts[1:]), indexing="ij"), -1).reshape(-1, 2)
-    for x in range(counts[0]):
-        corners = np.concatenate([np.full((len(yz), 1), x), yz], axis=1) * cell + low
-        safe = scene.distance(corners.astype(np.float32)) * scene.step
-        values[x] = np.clip(np.floor(np.nan_to_num(safe) / unit), -32767, 32767).reshape(counts[1:])
-    measure = np.array([*low, 1 / cell, unit, settings.Trace.margin * cell], np.float32)
-    return values.ravel(), counts, measure
-
-
-def grid_arrays(scene: Scene) -> list[wp.array]:
-    """The scene's grid of safe steps, as arguments `cells`, `counts`, `measure` of a kernel with grid.h."""
-    kinds = (wp.int16, wp.int32, wp.float32)
-    return [wp.array(a, dtype=kind, device="cpu") for a, kind in zip(_grid(scene), kinds, strict=True)]
 
 
 def _rays(scene: Scene, piece: str, origins: ndarray, directions: ndarray, near: float) -> ndarray:

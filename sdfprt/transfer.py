@@ -12,10 +12,11 @@ from sdfprt import native, settings, sh
 from sdfprt.errors import SdfprtError
 from sdfprt.progress import track
 from sdfprt.scene import Scene
-from sdfprt.trace import box_array, grid_arrays
+from sdfprt.trace import box_array
 
 _CHUNK = 16_384  # points a launch
 MAX_BANDS = 8
+GROUP = 4  # points an item, as SDFPRT_GROUP in kernels/packets.h
 
 
 def _norms(bands: int) -> ndarray:
@@ -66,13 +67,13 @@ def compute_transfer(
         raise SdfprtError(f"compute_transfer: rays must be 1 or more, not {rays}")
     if not (np.isfinite(points).all() and np.isfinite(normals).all()):
         raise SdfprtError(f"{scene.file}: points or normals are not finite")
-    flat, whole, short = wp.array(dtype=float), wp.array(dtype=int), wp.array(dtype=wp.int16)
+    flat, whole = wp.array(dtype=float), wp.array(dtype=int)
     kernel = native.build(
         scene.native,
-        ("trace.h", "grid.h", "packets.h", "transfer.h"),
+        ("trace.h", "packets.h", "transfer.h"),
         {
-            "points": flat, "normals": flat, "out": flat, "box": flat, "norms": flat, "order": whole, "cells": short,
-            "counts": whole, "measure": flat, "bands": int, "rays": int, "seed": int, "start": int, "shadowed": int,
+            "points": flat, "normals": flat, "out": flat, "box": flat, "norms": flat, "order": whole,
+            "bands": int, "rays": int, "seed": int, "start": int, "shadowed": int, "total": int,
             "offset": float, "near": float, "step": float, "steps": int,
         },
     )  # fmt: skip
@@ -81,15 +82,14 @@ def compute_transfer(
     size = scene.diagonal
     limits = [settings.Trace.lift * size, settings.Trace.epsilon * size, scene.step]
     order = wp.array(_order(rays), dtype=int, device="cpu")
-    cells = grid_arrays(scene)
     with track("transfer", len(points)) as advance:
         for first in range(0, len(points), _CHUNK):
             part = slice(first, min(first + _CHUNK, len(points)))
             count = part.stop - first
             out = wp.empty(count * bands * bands, dtype=float, device="cpu")
             arrays = [wp.array(x[part].ravel(), dtype=float, device="cpu") for x in (points, normals)]
-            fixed = [out, box_array(scene), norms, order, *cells, bands, rays, seed, start + first, int(shadowed)]
-            native.launch(kernel, count, [*arrays, *fixed, *limits, settings.Trace.steps])
+            fixed = [out, box_array(scene), norms, order, bands, rays, seed, start + first, int(shadowed), count]
+            native.launch(kernel, -(-count // GROUP), [*arrays, *fixed, *limits, settings.Trace.steps])
             result[part] = out.numpy().reshape(count, -1)
             advance(count)
     if not np.isfinite(result).all():

@@ -150,10 +150,10 @@ def test_wrong_arguments_are_refused(scene: Scene):
             {"near": float, "step": float, "relaxation": float, "steps": int},
         ),
         (
-            ("trace.h", "grid.h", "packets.h", "transfer.h"),
-            "points normals out box norms measure",
-            {"order": wp.array(dtype=int), "counts": wp.array(dtype=int), "cells": wp.array(dtype=wp.int16)}
-            | dict.fromkeys(("bands", "rays", "seed", "start", "shadowed"), int)
+            ("trace.h", "packets.h", "transfer.h"),
+            "points normals out box norms",
+            {"order": wp.array(dtype=int)}
+            | dict.fromkeys(("bands", "rays", "seed", "start", "shadowed", "total"), int)
             | {"offset": float, "near": float, "step": float, "steps": int},
         ),
     ],

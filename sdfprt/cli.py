@@ -416,6 +416,36 @@ def export(
 
 
 @app.command()
+def view(
+    scene: SceneName,
+    asset: Annotated[Path | None, typer.Option(help="A baked .safetensors file; default: shipped, cached or baked.")] = None,
+    light: LightName = DEFAULT_LIGHT,
+    yaw: Yaw = 0.0,
+    material: MaterialName = None,
+    albedo: Albedo = None,
+    specular: Specular = None,
+    eye: Eye = None,
+    target: Target = None,
+    fov: Fov = None,
+    size: Size = DEFAULT_SIZE,
+    exposure: Annotated[float, typer.Option(help="Multiplies radiance before the tone curve.")] = settings.Render.exposure,
+    width: Width = settings.Network.width,
+) -> None:
+    """Open a window: drag turns the camera, keys turn the light and change light, material and exposure."""
+    from sdfprt.asset import Asset
+    from sdfprt.bake import bake as run_bake
+    from sdfprt.view import KEYS, need_display
+    from sdfprt.view import view as run
+
+    pixels = _size(size)
+    loaded, environment, lobe, camera = _setup(scene, light, 0.0, material, albedo, specular, eye, target, fov)
+    need_display(loaded)
+    baked = Asset.load(asset, scene=loaded) if asset else run_bake(loaded, width=width)
+    print(KEYS)
+    run(loaded, baked, environment, yaw=yaw, material=lobe, camera=camera, size=pixels, exposure=exposure)
+
+
+@app.command()
 def compare(
     a: Path,
     b: Path,

@@ -21,6 +21,7 @@ from sdfprt.glsl.compile import check_es
 from sdfprt.light import Light, lights
 from sdfprt.material import Diffuse, Material, Phong
 from sdfprt.network import TransferNet
+from sdfprt.render import network_of
 from sdfprt.resources import folder
 from sdfprt.scene import NORMAL_STEP, Scene
 from sdfprt.shader import Variant, defines, join, lobes_of, renamed, tau_text, weights_texture
@@ -54,12 +55,12 @@ def export_html(
     light, yaw (degrees), material and exposure. The library's lights are inside beside `light`.
     Raises GlslError where the scene's text needs more than GLSL ES 3.00.
     """
-    net = _net(asset, scene)
+    net = network_of(asset, scene)
     material, camera = material or scene.material, camera or scene.camera
     variants = {}
     for lobes in (1, 2, 3):
         variant = Variant(lobes, net.bands, net.bands)
-        variants[lobes] = _page_fragment(scene, net, variant)
+        variants[lobes] = page_fragment(scene, net, variant)
     check_es(variants[3], scene.file)
     chosen = [light] + [Light.load(name) for name in lights() if name != light.name]
     weights = weights_texture(net)
@@ -76,7 +77,7 @@ def export_html(
         "size": size,
         "vertex": VERSION + (folder("shaders") / "vertex.glsl").read_text(),
         "fragment": {str(lobes): text for lobes, text in variants.items()},
-        "uniforms": _fixed(scene, net) | {"samples": samples, "once": 1},
+        "uniforms": fixed_uniforms(scene, net) | {"samples": samples, "once": 1},
         "camera": {"eye": camera.eye, "target": camera.target, "up": camera.up, "fov": camera.fov},
         "start": {**colours, "lobes": lobes_of(material), "yaw": yaw, "exposure": exposure, "background": background},
         "owns": {"albedo": scene.has_albedo, "exponent": scene.has_exponent},
@@ -106,13 +107,13 @@ def export_shadertoy(
     What lies behind the scene is the light's SH, since there is no picture of the light.
     Raises GlslError where the scene's text needs more than GLSL ES 3.00.
     """
-    net = _net(asset, scene)
+    net = network_of(asset, scene)
     material, camera = material or scene.material, camera or scene.camera
     coefficients = light.sh_dered(net.bands)[0] if dering else light.sh(net.bands)
     variant = Variant(lobes_of(material), net.bands, net.bands, fixed_light=False)
     vector = np.zeros((4 * -(-(net.bands**2) // 4), 3))
     vector[: net.bands**2] = shading.diffuse_vector(coefficients, net.bands)
-    values: dict[str, Any] = _fixed(scene, net) | {
+    values: dict[str, Any] = fixed_uniforms(scene, net) | {
         "diffuseLight": vector.T.reshape(-1, 4),
         "lightCoefficients": coefficients,
         "skyCoefficients": coefficients,
@@ -156,13 +157,6 @@ def export_shadertoy(
     return body
 
 
-def _net(asset: Asset | TransferNet, scene: Scene) -> TransferNet:
-    if isinstance(asset, TransferNet):
-        return asset
-    asset.check(scene)
-    return asset.net
-
-
 def _flags(scene: Scene) -> list[str]:
     return [f"#define HAS_{name}" for name in ("ALBEDO", "EXPONENT") if getattr(scene, f"has_{name.lower()}")]
 
@@ -171,10 +165,10 @@ def _blocks(net: TransferNet, variant: Variant) -> int:
     return int(re.findall(r"^#define BLOCKS (\d+)", defines(net, variant), flags=re.M)[0])
 
 
-def _page_fragment(scene: Scene, net: TransferNet, variant: Variant) -> str:
+def page_fragment(scene: Scene, net: TransferNet, variant: Variant, version: str = VERSION) -> str:
     """The page's only pass, with what uniforms cannot say."""
     pieces = _declared_once(join((*PIECES, "page")).replace("uniform vec4 viewport;", "vec4 viewport;"))
-    ours = "\n".join([VERSION, "#define ENVIRONMENT_MAP", *_flags(scene), defines(net, variant), pieces])
+    ours = "\n".join([version, "#define ENVIRONMENT_MAP", *_flags(scene), defines(net, variant), pieces])
     return "\n".join([ours, renamed(ours, scene.shader_source), "#line 1", scene.shader_source])
 
 
@@ -188,7 +182,7 @@ def _declared_once(text: str) -> str:
     return re.sub(r"^(?:uniform )?\w+ (\w+)(?:\[[^\]]*\])?;[^\n]*$", keep, text, flags=re.M)
 
 
-def _fixed(scene: Scene, net: TransferNet) -> dict[str, Any]:
+def fixed_uniforms(scene: Scene, net: TransferNet) -> dict[str, Any]:
     """Uniforms that a scene and its network determine."""
     low, high = scene.bounds
     return {

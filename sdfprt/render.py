@@ -195,7 +195,9 @@ def renderer() -> Renderer:
     return Renderer()
 
 
-def set_light(program: moderngl.ComputeShader, variant: Variant, bands: int, light: Float[ndarray, "k 3"]) -> list:
+def set_light(
+    program: moderngl.Program | moderngl.ComputeShader, variant: Variant, bands: int, light: Float[ndarray, "k 3"]
+) -> list:
     """A vector for diffuse; for glossy a matrix a channel, or the coefficients. Returns buffers to release."""
     quads, rows = -(-(bands**2) // 4), -(-(variant.result_bands**2) // 4)
     vector = np.zeros((4 * quads, 3))
@@ -207,7 +209,7 @@ def set_light(program: moderngl.ComputeShader, variant: Variant, bands: int, lig
     padded = np.zeros((3, 4 * rows, 4 * quads), np.float32)
     padded[:, : variant.result_bands**2, : bands**2] = shading.glossy_matrix(light, bands, variant.result_bands)
     blocks = padded.reshape(3, rows, 4, quads, 4).transpose(0, 1, 3, 4, 2)
-    buffer = context().buffer(np.ascontiguousarray(blocks).tobytes())
+    buffer = program.ctx.buffer(np.ascontiguousarray(blocks).tobytes())
     block.binding = 0
     buffer.bind_to_uniform_block(0)
     return [buffer]
@@ -297,7 +299,7 @@ def frame(
     give(lighting, eye=tuple(camera.eye))
     behind = renderer().background() if background else None
     if behind is not None:
-        environment = _environment(light)
+        environment = environment_texture(light, context())
         held.append(environment)
         give(behind, toMap=light.rotation, environment=3)  # rows written as columns: the transpose is the inverse
 
@@ -343,10 +345,11 @@ def render(
     return frame(scene, asset, light, material, camera, size, samples, **options).rgb
 
 
-def _environment(light: Light) -> moderngl.Texture:
+def environment_texture(light: Light, gl: moderngl.Context) -> moderngl.Texture:
+    """The light's map, as background.glsl reads it."""
     height, width = light.pixels.shape[:2]
     data = np.ascontiguousarray(light.pixels, np.float32).tobytes()
-    texture = context().texture((width, height), 3, data, dtype="f4")
+    texture = gl.texture((width, height), 3, data, dtype="f4")
     texture.repeat_y = False
     texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
     return texture

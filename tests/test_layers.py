@@ -11,7 +11,7 @@ LAYERS = (
     {"trace", "surface", "transfer", "network", "fit"},
     {"asset", "cluster", "bake", "shader", "inspect"},
     {"render", "torch_render", "reference", "exact"},
-    {"report", "render_set", "export", "testing", "bench", "demo"},
+    {"report", "render_set", "export", "view", "testing", "bench", "demo"},
     {"cli", "__init__", "__main__"},
 )
 

@@ -67,6 +67,8 @@ Cluster = Annotated[
     str | None, typer.Option("--cluster", metavar="ADDRESS", help="A Dask scheduler whose workers do it, such as tcp://host:8786.")
 ]
 Rays = Annotated[int, typer.Option("--rays", help="Rays a sample.")]
+MeshFile = Annotated[Path, typer.Argument(metavar="MESH", help="A triangle mesh: .ply, .obj, .stl or .glb.")]
+FolderOutput = Annotated[Path, typer.Option("-o", "--output", metavar="FOLDER", help="The scene folder to write.")]
 DEFAULT_SIZE = f"{settings.Render.width}x{settings.Render.height}"
 DEFAULT_LIGHT = "sky_afternoon"
 
@@ -97,6 +99,14 @@ def _picture(output: Path, kinds: tuple[str, ...] = (".png", ".exr")) -> Path:
     if not output.parent.is_dir():
         raise SdfprtError(f"{output}: the folder {output.parent} does not exist")
     return output
+
+
+def _folder(output: Path) -> None:
+    """Refuse a scene folder that could not be written before any work is done for it."""
+    if output.exists() and not output.is_dir():
+        raise SdfprtError(f"{output}: there is a file of that name; give a folder")
+    if not output.absolute().parent.is_dir():
+        raise SdfprtError(f"{output}: the folder {output.parent} does not exist")
 
 
 def _setup(
@@ -443,6 +453,29 @@ def view(
     baked = Asset.load(asset, scene=loaded) if asset else run_bake(loaded, width=width)
     print(KEYS)
     run(loaded, baked, environment, yaw=yaw, material=lobe, camera=camera, size=pixels, exposure=exposure)
+
+
+@app.command()
+def neural_fit(
+    mesh: MeshFile,
+    output: FolderOutput,
+    width: Width = settings.NeuralFit.width,
+    layers: Annotated[int, typer.Option("--layers", help="Layers of neurons before the output.")] = settings.NeuralFit.layers,
+    steps: Annotated[int, typer.Option(help="Of the optimizer.")] = settings.NeuralFit.steps,
+    seed: int = 0,
+) -> None:
+    """Fit a neural SDF to a mesh: a scene folder whose GLSL is the network."""
+    from sdfprt import fidelity
+    from sdfprt.mesh import load
+    from sdfprt.neural.fit import fit_mesh
+
+    _folder(output)
+    start = time.perf_counter()
+    source = load(mesh)
+    scene = fit_mesh(source, width, layers, steps, seed=seed, name=output.name)
+    scene.save(output)
+    print(f"{mesh.name}: {fidelity.compare(scene, source)}, {time.perf_counter() - start:.1f} s")
+    print(output)
 
 
 @app.command()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import json
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -27,6 +28,7 @@ from sdfprt.glsl.compile import compile_glsl
 from sdfprt.glsl.prepare import Prepared, field_module, prepare
 from sdfprt.glsl.spirv import fingerprint, parse
 from sdfprt.glsl.to_warp import BUDGET, Translator
+from sdfprt.image import atomic_write
 from sdfprt.material import Material
 from sdfprt.material import parse as parse_material
 from sdfprt.resources import folder
@@ -107,6 +109,31 @@ class Scene:
             return self
         camera = Camera.framing(bounds) if bounds != self.bounds else self.camera
         return replace(self, bounds=bounds, step=step, offset=thickness if thin else self.offset, camera=camera)
+
+    def with_step(self, slope: float) -> Scene:
+        """The same scene with the step that a field of this slope needs (see field.slope)."""
+        return replace(self, step=field.safe_step(slope))
+
+    def save(self, folder: str | Path) -> Path:
+        """Write a scene folder, sdf.glsl and scene.toml, that `Scene.load` reads as the same scene."""
+        path = Path(folder)
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+        except FileExistsError:
+            raise SdfprtError(f"{path}: there is a file of that name; give a folder") from None
+        numbers = lambda values: "[" + ", ".join(repr(float(v)) for v in values) + "]"  # noqa: E731
+        lines = [f"title = {json.dumps(self.title or self.name)}"]
+        lines.append(f"bounds = [{numbers(self.bounds[0])}, {numbers(self.bounds[1])}]")
+        lines += [f"{key} = {float(getattr(self, key))!r}" for key in ("step", "offset") if key == "step" or self.offset]
+        eye, target, up = (numbers(v) for v in (self.camera.eye, self.camera.target, self.camera.up))
+        lines += ["", "[camera]", f"eye = {eye}", f"target = {target}", f"up = {up}", f"fov = {float(self.camera.fov)!r}"]
+        lines += ["", "[material]", *_material_lines(self.material)]
+        if self.defines:
+            lines += ["", "[defines]", *(f"{name} = {value!r}" for name, value in self.defines.items())]
+        for name, text in (("sdf.glsl", self.glsl), ("scene.toml", "\n".join([*lines, ""]))):
+            with atomic_write(path / name) as temporary:
+                temporary.write_text(text)
+        return path
 
     @functools.cached_property
     def prepared(self) -> Prepared:
@@ -224,6 +251,17 @@ def _native(spirv: bytes, struct: str, inputs: tuple[str, ...], function: str, o
             "};",
         ]
     )
+
+
+def _material_lines(material: Material) -> list[str]:
+    """The [material] of a scene.toml, as `_settings` reads it."""
+    colours = {name: getattr(material, name) for name in ("albedo", "specular") if hasattr(material, name)}
+    kind = "+".join(
+        name
+        for name, part in (("diffuse", "albedo"), (f"phong:{getattr(material, 'exponent', 0):g}", "specular"))
+        if part in colours
+    )
+    return [f'kind = "{kind}"', *(f"{name} = [{', '.join(repr(float(v)) for v in colour)}]" for name, colour in colours.items())]
 
 
 def _read(path: Path) -> str:

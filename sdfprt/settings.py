@@ -76,3 +76,14 @@ class Material:
 @dataclass(frozen=True)
 class Camera:
     fov: float = 40.0  # vertical, degrees
+
+
+@dataclass(frozen=True)
+class NeuralFit:
+    width: int = 32  # neurons a layer
+    layers: int = 2  # of them, before the output
+    steps: int = 6000  # of the optimizer
+    batch: int = 4096  # samples a step
+    samples: int = 400_000
+    rate: float = 0.02  # peak of the one cycle (Adam)
+    frequency: float = 6.0  # reach of the first layer's weights, for a point in [-1, 1]

@@ -7,9 +7,9 @@ PACKAGE = Path(__file__).parent.parent / "sdfprt"
 LAYERS = (
     {"errors", "settings", "sphere", "image", "resources", "progress"},
     {"sh", "light", "sky", "material", "camera", "metrics"},
-    {"glsl", "native", "field", "scene", "csg", "neural", "shading"},
+    {"glsl", "native", "field", "scene", "csg", "mesh", "grid", "neural", "shading"},
     {"trace", "surface", "transfer", "network", "fit"},
-    {"asset", "cluster", "bake", "shader", "inspect"},
+    {"asset", "cluster", "bake", "shader", "inspect", "fidelity"},
     {"render", "torch_render", "reference", "exact"},
     {"report", "render_set", "export", "view", "testing", "bench", "demo"},
     {"cli", "__init__", "__main__"},

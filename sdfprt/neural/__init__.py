@@ -1,0 +1,1 @@
+"""Neural SDFs: fitted to a mesh, or taken over from a torch module; both become plain GLSL."""

@@ -479,6 +479,25 @@ def neural_fit(
 
 
 @app.command()
+def grid_fit(
+    mesh: MeshFile,
+    output: FolderOutput,
+    resolution: Annotated[int, typer.Option(help="Samples along the longest side.")] = settings.GridFit.resolution,
+) -> None:
+    """Sample the distance to a mesh on a grid: a scene folder whose GLSL reads a 3D texture."""
+    from sdfprt import fidelity, grid
+    from sdfprt.mesh import load
+
+    _folder(output)
+    start = time.perf_counter()
+    source = load(mesh)
+    scene = grid.fit_mesh(source, resolution, name=output.name)
+    scene.save(output)
+    print(f"{mesh.name}: {fidelity.compare(scene, source)}, {time.perf_counter() - start:.1f} s")
+    print(output)
+
+
+@app.command()
 def compare(
     a: Path,
     b: Path,

@@ -20,6 +20,7 @@ from sdfprt.camera import Camera
 from sdfprt.errors import SdfprtError
 from sdfprt.light import Light
 from sdfprt.material import Diffuse, Material, Phong
+from sdfprt.native import volume
 from sdfprt.network import TransferNet
 from sdfprt.scene import NORMAL_STEP, Scene
 from sdfprt.shader import (
@@ -37,6 +38,7 @@ from sdfprt.shader import (
 )
 
 _PROGRAMS = 24  # kept at most
+_VOLUMES = 8  # texture unit of a scene's first texture
 _TILE = 1024  # samples along a side that are rendered at once
 _GROUP = 8  # invocations of the second pass side by side, as light.glsl says
 
@@ -94,6 +96,7 @@ class Renderer:
         self._programs: dict[str, tuple[moderngl.Program, moderngl.VertexArray]] = {}
         self._lightings: dict[str, moderngl.ComputeShader] = {}
         self._targets: dict[tuple[int, int], Target] = {}
+        self._volumes: dict[str, moderngl.Texture3D] = {}
         self._weights: dict[str, moderngl.Texture] = {}
 
     def surface(self, scene: Scene) -> moderngl.Program:
@@ -110,8 +113,19 @@ class Renderer:
             marchSteps=settings.Trace.steps,
             normalStep=NORMAL_STEP * scene.diagonal,
             once=1,
+            **{name: _VOLUMES + k for k, name in enumerate(scene.textures)},
         )
+        for k, values in enumerate(scene.textures.values()):
+            self._volume(values).use(_VOLUMES + k)
         return program
+
+    def _volume(self, values: ndarray) -> moderngl.Texture3D:
+        key = volume(values)
+        if key not in self._volumes:
+            if len(self._volumes) >= _PROGRAMS:
+                self._volumes.pop(next(iter(self._volumes))).release()
+            self._volumes[key] = texture_3d(context(), values)
+        return self._volumes[key]
 
     def lighting(self, net: TransferNet, variant: Variant) -> moderngl.ComputeShader:
         """The program of the second pass, with what belongs to the network set."""
@@ -176,6 +190,14 @@ def _placed(pieces: tuple[str, ...], file: str) -> Iterator[None]:
     except moderngl.Error as error:
         message = place(str(error), pieces)
         raise SdfprtError(f"{file}: the OpenGL driver does not take the shader: {message}") from None
+
+
+def texture_3d(gl: moderngl.Context, values: Float[ndarray, "d h w"]) -> moderngl.Texture3D:
+    """A scene's texture on a context: linear, clamped at the faces."""
+    made = gl.texture3d(values.shape[::-1], 1, np.ascontiguousarray(values).tobytes(), dtype="f2" if values.itemsize == 2 else "f4")
+    made.filter = (moderngl.LINEAR, moderngl.LINEAR)
+    made.repeat_x = made.repeat_y = made.repeat_z = False
+    return made
 
 
 def give(program: moderngl.Program | moderngl.ComputeShader, **uniforms: Any) -> None:

@@ -19,6 +19,8 @@ import numpy as np
 import warp as wp
 from jaxtyping import Float
 from numpy import ndarray
+from safetensors import SafetensorError, safe_open
+from safetensors.numpy import save_file
 
 from sdfprt import field, native
 from sdfprt.camera import Camera
@@ -27,7 +29,7 @@ from sdfprt.field import Box
 from sdfprt.glsl.compile import compile_glsl
 from sdfprt.glsl.prepare import Prepared, field_module, prepare
 from sdfprt.glsl.spirv import fingerprint, parse
-from sdfprt.glsl.to_warp import BUDGET, Translator
+from sdfprt.glsl.to_warp import BUDGET, Texture, Translator
 from sdfprt.image import atomic_write
 from sdfprt.material import Material
 from sdfprt.material import parse as parse_material
@@ -53,6 +55,7 @@ class Scene:
     material: Material = None  # type: ignore[assignment]
     defines: Mapping[str, float] = default(default_factory=dict)
     title: str = ""
+    textures: Mapping[str, ndarray] = default(default_factory=dict)  # (z, y, x) by the name of the sampler3D that reads it
 
     def __post_init__(self) -> None:
         low, high = np.asarray(self.bounds, float)
@@ -60,6 +63,9 @@ class Scene:
             raise SdfprtError(f"{self.file}: bounds {self.bounds} are no box; give ((x0,y0,z0),(x1,y1,z1)) with x0 < x1")
         if not 0 < self.step <= 1:
             raise SdfprtError(f"{self.file}: step {self.step} must be above 0 and at most 1")
+        for name, values in self.textures.items():
+            if values.ndim != 3 or not values.size or values.dtype not in (np.float16, np.float32):
+                raise SdfprtError(f"{self.file}: texture {name} is {values.dtype} {values.shape}; it must be 3D float16 or float32")
         if self.camera is None:
             object.__setattr__(self, "camera", Camera.framing(self.bounds))
         if self.material is None:
@@ -128,8 +134,13 @@ class Scene:
         eye, target, up = (numbers(v) for v in (self.camera.eye, self.camera.target, self.camera.up))
         lines += ["", "[camera]", f"eye = {eye}", f"target = {target}", f"up = {up}", f"fov = {float(self.camera.fov)!r}"]
         lines += ["", "[material]", *_material_lines(self.material)]
+        if self.textures:
+            lines += ["", "[textures]", *(f'{name} = "{name}.safetensors"' for name in self.textures)]
         if self.defines:
             lines += ["", "[defines]", *(f"{name} = {value!r}" for name, value in self.defines.items())]
+        for name, values in self.textures.items():
+            with atomic_write(path / f"{name}.safetensors") as temporary:
+                save_file({name: np.ascontiguousarray(values)}, str(temporary))
         for name, text in (("sdf.glsl", self.glsl), ("scene.toml", "\n".join([*lines, ""]))):
             with atomic_write(path / name) as temporary:
                 temporary.write_text(text)
@@ -157,12 +168,26 @@ class Scene:
     def hash(self) -> str:
         """Of the surface: what the distance computes, bounds and step. Colours, comments, camera and material do not count."""
         text = f"{fingerprint(parse(self.prepared.spirv))}|{np.asarray(self.bounds, float).tolist()}|{self.step:.6g}"
+        text += "".join(f"|{name} {volume}" for name, (volume, _) in sorted(self._volumes.items()))
         return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+    @functools.cached_property
+    def _volumes(self) -> dict[str, tuple[str, object]]:
+        """Of each texture its name in C++, and what keeps it readable."""
+        return {name: (native.volume(values), native.keep_volume(values)) for name, values in self.textures.items()}
+
+    @functools.cached_property
+    def _samplers(self) -> dict[str, Texture]:
+        sizes = {name: values.shape[::-1] for name, values in self.textures.items()}
+        return {name: Texture(volume, sizes[name]) for name, (volume, _) in self._volumes.items()}
 
     @functools.cached_property
     def native(self) -> str:
         """C++: `struct Scene : Simd { static F distance(F x, F y, F z, M live); }`."""
-        return _native(self.prepared.spirv, "Scene", ("x", "y", "z"), "distance", ("d",))
+        try:
+            return _native(self.prepared.spirv, "Scene", ("x", "y", "z"), "distance", ("d",), self._samplers)
+        except SdfprtError as error:
+            raise SdfprtError(f"{self.file}: {error}") from None
 
     @functools.cached_property
     def native_colour(self) -> str:
@@ -171,7 +196,7 @@ class Scene:
         for name, kind, outputs in (("albedo", "vec3", ("red", "green", "blue")), ("exponent", "float", ("s",))):
             if getattr(self, f"has_{name}"):
                 spirv = compile_glsl(field_module(self.prepared.text, name, kind), file=self.file)
-                parts.append(_native(spirv, name.title(), ("x", "y", "z", "nx", "ny", "nz"), "value", outputs))
+                parts.append(_native(spirv, name.title(), ("x", "y", "z", "nx", "ny", "nz"), "value", outputs, self._samplers))
         return "\n".join(parts)
 
     @property
@@ -223,12 +248,14 @@ class Scene:
         return out.numpy()
 
 
-def _native(spirv: bytes, struct: str, inputs: tuple[str, ...], function: str, outputs: tuple[str, ...]) -> str:
+def _native(
+    spirv: bytes, struct: str, inputs: tuple[str, ...], function: str, outputs: tuple[str, ...], samplers: Mapping[str, Texture]
+) -> str:
     """The module as a C++ struct with one function of scalars."""
     module = parse(spirv)
     names = {v.result: module.names.get(v.result, "") for v in module.globals}
     find = {name: key for key, name in names.items()}
-    body = Translator(module).translate(struct)
+    body = Translator(module, samplers).translate(struct)
     single = len(outputs) == 1
     feed = [f"    g.v{find['sdfprt_point']}[{k}] = {name};" for k, name in enumerate(inputs[:3])]
     feed += [f"    g.v{find['sdfprt_normal']}[{k}] = {name};" for k, name in enumerate(inputs[3:])]
@@ -294,9 +321,20 @@ def _settings(path: Path) -> dict:
             colours: dict = {k: tuple(map(float, v)) for k, v in settings.items()}
             found["material"] = parse_material(kind, **colours)
         found["defines"] = toml.get("defines", {})
+        found["textures"] = {name: _texture(path / str(source), name) for name, source in toml.get("textures", {}).items()}
     except (tomllib.TOMLDecodeError, TypeError, ValueError) as error:
         raise SdfprtError(f"{file}: {error}") from None
     return found
+
+
+def _texture(path: Path, name: str) -> ndarray:
+    """The only tensor of a safetensors file, or the one of that name."""
+    try:
+        with safe_open(str(path), "numpy") as file:
+            names = list(file.keys())
+            return file.get_tensor(name if name in names or len(names) != 1 else names[0])
+    except (SafetensorError, OSError) as error:
+        raise SdfprtError(f"{path}: no readable texture ({error})") from None
 
 
 def library() -> dict[str, str]:

@@ -87,3 +87,8 @@ class NeuralFit:
     samples: int = 400_000
     rate: float = 0.02  # peak of the one cycle (Adam)
     frequency: float = 6.0  # reach of the first layer's weights, for a point in [-1, 1]
+
+
+@dataclass(frozen=True)
+class GridFit:
+    resolution: int = 128  # samples along the longest side of the bounds

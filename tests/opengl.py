@@ -5,6 +5,7 @@ import functools
 import moderngl
 import numpy as np
 
+from sdfprt.render import texture_3d
 from sdfprt.scene import Scene
 
 
@@ -32,9 +33,14 @@ def distance(scene: Scene, points: np.ndarray) -> np.ndarray:
     frame = ctx.framebuffer([target])
     frame.use()
     source.use(0)
+    volumes = [texture_3d(ctx, values) for values in scene.textures.values()]
+    for unit, (name, texture) in enumerate(zip(scene.textures, volumes, strict=True), 1):
+        texture.use(unit)
+        if name in program:  # not where the compiler has left it out
+            program[name] = unit
     triangle = ctx.vertex_array(program, [])
     triangle.render(moderngl.TRIANGLES, vertices=3)
     result = np.frombuffer(target.read(), np.float32)[: len(points)].copy()
-    for thing in (triangle, frame, source, target, program):
+    for thing in (triangle, frame, source, target, program, *volumes):
         thing.release()
     return result

@@ -12,13 +12,15 @@ from sdfprt.errors import SdfprtError
 # Opcodes by number, only those that the translation asks for by name
 _OPCODES = {
     1: "Undef", 5: "Name", 11: "ExtInstImport", 12: "ExtInst", 15: "EntryPoint", 19: "TypeVoid", 20: "TypeBool",
-    21: "TypeInt", 22: "TypeFloat", 23: "TypeVector", 24: "TypeMatrix", 28: "TypeArray", 30: "TypeStruct",
+    21: "TypeInt", 22: "TypeFloat", 23: "TypeVector", 24: "TypeMatrix", 25: "TypeImage", 27: "TypeSampledImage",
+    28: "TypeArray", 30: "TypeStruct",
     32: "TypePointer", 33: "TypeFunction", 41: "ConstantTrue", 42: "ConstantFalse", 43: "Constant",
     44: "ConstantComposite", 46: "ConstantNull", 48: "SpecConstantTrue", 49: "SpecConstantFalse", 50: "SpecConstant",
     54: "Function", 55: "FunctionParameter", 56: "FunctionEnd", 57: "FunctionCall", 59: "Variable", 61: "Load",
     62: "Store", 63: "CopyMemory", 65: "AccessChain", 66: "InBoundsAccessChain", 77: "VectorExtractDynamic",
     78: "VectorInsertDynamic", 79: "VectorShuffle", 80: "CompositeConstruct", 81: "CompositeExtract",
-    82: "CompositeInsert", 83: "CopyObject", 84: "Transpose", 109: "ConvertFToU", 110: "ConvertFToS",
+    82: "CompositeInsert", 83: "CopyObject", 84: "Transpose", 87: "ImageSampleImplicitLod",
+    88: "ImageSampleExplicitLod", 95: "ImageFetch", 100: "Image", 103: "ImageQuerySizeLod", 109: "ConvertFToU", 110: "ConvertFToS",
     111: "ConvertSToF", 112: "ConvertUToF", 124: "Bitcast", 126: "SNegate", 127: "FNegate", 128: "IAdd", 129: "FAdd",
     130: "ISub", 131: "FSub", 132: "IMul", 133: "FMul", 134: "UDiv", 135: "SDiv", 136: "FDiv", 137: "UMod",
     138: "SRem", 139: "SMod", 140: "FRem", 141: "FMod", 142: "VectorTimesScalar", 143: "MatrixTimesScalar",
@@ -55,11 +57,16 @@ _NO_RESULT = {"Store", "CopyMemory", "LoopMerge", "SelectionMerge", "Branch", "B
 TERMINATORS = {"Branch", "BranchConditional", "Switch", "Kill", "Return", "ReturnValue", "Unreachable"}
 
 
+IMAGE = {"ImageSampleImplicitLod", "ImageSampleExplicitLod", "ImageFetch", "Image", "ImageQuerySizeLod"}
+VOLUME = 2  # `count` of the image behind a sampler3D
+
+
 @dataclass(frozen=True)
 class Type:
-    """kind: void, bool, int, uint, float, vector, matrix, array, struct, pointer, function, or the name of another.
+    """kind: void, bool, int, uint, float, vector, matrix, array, struct, pointer, function, image, sampledimage, or another's.
 
-    `members`: component, column, element, pointee (one id), members of a struct, or return and parameters.
+    `members`: component, column, element, pointee (one id), members of a struct, or return and parameters. `count` of an
+    image is VOLUME for three dimensions of floats, else 0.
     """
 
     kind: str
@@ -205,10 +212,11 @@ def _prune(module: Module) -> None:
                 used.update(i.operands)
                 if i.op == "FunctionCall":
                     waiting.append(i.operands[0])
-                if i.op.startswith("Op"):
-                    code = int(i.op[2:])
+                flat = i.op in IMAGE and not _volume(module, i.operands[0])
+                if i.op.startswith("Op") or flat:
+                    code = 87 if flat else int(i.op[2:])
                     what = (
-                        "reads a texture (a sampler)"
+                        "reads a texture (a sampler other than sampler3D)"
                         if 86 <= code <= 107
                         else "computes in double or 16 bits; use float and int"
                         if 113 <= code <= 115
@@ -222,6 +230,13 @@ def _prune(module: Module) -> None:
     module.globals = [v for v in module.globals if v.result in used]
 
 
+def _volume(module: Module, image: int) -> bool:
+    """Whether an image, sampled or not, is one of three dimensions."""
+    kind = module.types[module.type_of[image]]
+    kind = module.types[kind.members[0]] if kind.kind == "sampledimage" else kind
+    return kind.kind == "image" and kind.count == VOLUME
+
+
 def _type(module: Module, op: str, w: list[int]) -> None:
     kind = op.removeprefix("Type").lower()
     if kind == "int":
@@ -231,6 +246,11 @@ def _type(module: Module, op: str, w: list[int]) -> None:
     elif kind == "array":
         length = module.constants[w[2]]
         module.types[w[0]] = Type(kind, (w[1],), length.operands[0])
+    elif kind == "image":
+        plain = module.types[w[1]].kind == "float" and w[4:6] == [0, 0]
+        module.types[w[0]] = Type(kind, (w[1],), w[2] if plain and w[2] == VOLUME else 0)
+    elif kind == "sampledimage":
+        module.types[w[0]] = Type(kind, (w[1],))
     elif kind == "pointer":
         module.types[w[0]] = Type(kind, (w[2],), w[1])
     elif kind in ("struct", "function"):
@@ -284,6 +304,7 @@ def fingerprint(module: Module) -> str:
                     or (i.op == "Switch" and place >= 2 and place % 2 == 0)
                     or (i.op in ("LoopMerge", "SelectionMerge") and place == len(i.operands) - 1)
                     or (i.op == "Variable" and place == 0)
+                    or (i.op in IMAGE and place == 2)
                 )
                 operands.append(str(o) if plain else word(o))
             if i.op == "FunctionCall" and i.operands[0] not in seen:

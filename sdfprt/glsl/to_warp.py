@@ -8,12 +8,13 @@ in all lanes (loop counters, constants, conditions on them) stays a plain C++ sc
 from __future__ import annotations
 
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from sdfprt.errors import SdfprtError
 from sdfprt.glsl import operations
 from sdfprt.glsl.operations import Leaf, literal, vary
-from sdfprt.glsl.spirv import Instruction, Module
+from sdfprt.glsl.spirv import IMAGE, Instruction, Module
 from sdfprt.glsl.structure import Edge, Exit, If, Loop, Node, Straight, Switch, instructions
 from sdfprt.glsl.uniformity import Uniformity
 
@@ -47,17 +48,41 @@ class Pointer:
     dynamic: tuple[tuple[Leaf, int, int], ...] = ()
 
 
-class Translator:
-    """Types, constants and globals of a module; translates its functions one by one."""
+@dataclass(frozen=True)
+class Texture:
+    """A sampler3D as the kernels have it: the name of its array and its size along x, y, z."""
 
-    def __init__(self, module: Module) -> None:
+    name: str
+    size: tuple[int, int, int]
+
+    @property
+    def arguments(self) -> str:
+        return f"{self.name}, {self.size[0]}, {self.size[1]}, {self.size[2]}"
+
+
+class Translator:
+    """Types, constants and globals of a module; translates its functions one by one.
+
+    `textures`: by the name of each sampler3D. Raises SdfprtError for one that is not there.
+    """
+
+    def __init__(self, module: Module, textures: Mapping[str, Texture] | None = None) -> None:
         self.module = module
+        self.samplers: dict[int, Texture] = {}
+        for v in module.globals:
+            if module.types[self.pointee(v.type)].kind == "sampledimage":
+                name = module.names.get(v.result, "")
+                if name not in (textures or {}):
+                    raise SdfprtError(f"the sampler '{name}' has no data: give `[textures]` in scene.toml, {name} = a file")
+                self.samplers[v.result] = (textures or {})[name]
         self.uniformity = {key: Uniformity(module, function) for key, function in module.functions.items()}
         self.constants: dict[int, list[Leaf]] = {}
         for key, constant in module.constants.items():
             self.constants[key] = self._constant(constant)
         self.globals = {
-            v.result: Storage(f"g.v{v.result}", tuple(self.leaves(self.pointee(v.type))), "array") for v in module.globals
+            v.result: Storage(f"g.v{v.result}", tuple(self.leaves(self.pointee(v.type))), "array")
+            for v in module.globals
+            if v.result not in self.samplers
         }
 
     def pointee(self, pointer_type: int) -> int:
@@ -120,8 +145,11 @@ class _Writer:
         self.facts = owner.uniformity[key]
         self.values: dict[int, list[Leaf]] = dict(owner.constants)
         self.pointers: dict[int, Pointer] = {
-            g.result: Pointer(owner.globals[g.result], owner.pointee(g.type)) for g in owner.module.globals
+            g.result: Pointer(owner.globals[g.result], owner.pointee(g.type))
+            for g in owner.module.globals
+            if g.result in owner.globals
         }
+        self.textures: dict[int, Texture] = dict(owner.samplers)
         self.lines: list[str] = []
         self.hoisted: list[str] = []
         self.serial = 0
@@ -148,6 +176,8 @@ class _Writer:
         kinds = self.owner.leaves(f.type)
         for p in f.parameters:
             kind = types[p.type]
+            if kind.kind == "pointer" and types[kind.members[0]].kind == "sampledimage":
+                raise SdfprtError("a sampler cannot be an argument of a function here; read it under its own name")
             if kind.kind == "pointer":
                 storage = Storage(f"p{p.result}", tuple(self.owner.leaves(kind.members[0])), "array")
                 parameters.append(f"{_C_TYPE[storage.kind]}* p{p.result}")
@@ -439,6 +469,10 @@ class _Writer:
             self._phi(i)
         elif i.op in ("AccessChain", "InBoundsAccessChain"):
             self._chain(i)
+        elif i.op in ("Load", "Image") and i.operands[0] in self.textures:
+            self.textures[i.result] = self.textures[i.operands[0]]
+        elif i.op in IMAGE:
+            self._result(i, self._sample(i))
         elif i.op == "Load":
             self._result(i, self._load(self.pointers[i.operands[0]]))
         elif i.op == "Store":
@@ -454,6 +488,18 @@ class _Writer:
             self._result(i, first)
         else:
             self._result(i, operations.evaluate(self.owner, i, self.values, self.temp))
+
+    def _sample(self, i: Instruction) -> list[Leaf]:
+        """What a texture holds: one channel, so green and blue are 0 and alpha is 1. Levels of detail do not exist."""
+        texture = self.textures[i.operands[0]]
+        if i.op == "ImageQuerySizeLod":
+            return [literal(n, "i") for n in texture.size]
+        where = ", ".join(vary(leaf) for leaf in self.values[i.operands[1]][:3])
+        function = "fetch" if i.op == "ImageFetch" else "sample"
+        return [
+            self.temp("f", False, f"Volume::{function}({texture.arguments}, {where})"),
+            *(literal(k == 3, "f") for k in (1, 2, 3)),
+        ]
 
     def _result(self, i: Instruction, leaves: list[Leaf]) -> None:
         """Give the result its name; what other blocks use is declared where all can see it."""
@@ -471,6 +517,8 @@ class _Writer:
         target, *arguments = i.operands
         words = ["g", mask]
         for argument in arguments:
+            if argument in self.textures:
+                raise SdfprtError("a sampler cannot be an argument of a function here; read it under its own name")
             if argument in self.pointers:
                 pointer = self.pointers[argument]
                 at, index, _, _ = self._place(pointer)

@@ -63,7 +63,7 @@ def check(scene: Scene) -> Report:
     Raises SdfprtError where the translation to Warp, unlike the GLSL, is impossible.
     """
     problems: list[str] = []
-    notes = list(scene.prepared.notes)
+    notes = [*scene.notes, *scene.prepared.notes]
 
     # Values on a grid over the bounds, the cost on the way
     points = field.grid(scene.bounds)

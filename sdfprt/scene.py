@@ -10,7 +10,7 @@ import functools
 import hashlib
 import json
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from dataclasses import field as default
 from pathlib import Path
@@ -34,6 +34,7 @@ from sdfprt.image import atomic_write
 from sdfprt.material import Material
 from sdfprt.material import parse as parse_material
 from sdfprt.resources import folder
+from sdfprt.settings import FromTorch, GridFit
 
 UNIT: Box = ((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
 NORMAL_STEP = 2e-4  # half width of the taps, of the diagonal
@@ -56,6 +57,7 @@ class Scene:
     defines: Mapping[str, float] = default(default_factory=dict)
     title: str = ""
     textures: Mapping[str, ndarray] = default(default_factory=dict)  # (z, y, x) by the name of the sampler3D that reads it
+    notes: tuple[str, ...] = ()  # what is worth knowing of how it was made; `check` shows them
 
     def __post_init__(self) -> None:
         low, high = np.asarray(self.bounds, float)
@@ -93,6 +95,27 @@ class Scene:
             scene = cls(glsl=_read(path), name=path.stem, file=path.name, folder=path.resolve().parent)
             return scene._measured({})
         raise SdfprtError(f"{source}: no such scene; there are {', '.join(library())}, or give a .glsl file or a scene folder")
+
+    @classmethod
+    def from_torch(
+        cls,
+        module: Callable,
+        bounds: Box = UNIT,
+        *,
+        name: str = "module",
+        resolution: int = GridFit.resolution,
+        max_weights: int = FromTorch.weights,
+    ) -> Scene:
+        """A trained torch SDF, (N, 3) -> (N,) or (N, 1), as a scene; `step` is measured.
+
+        Linear layers, the usual activations, skips and sine encodings become GLSL, held against the module at random
+        points. Any other callable, and networks of more than `max_weights`, are sampled on a grid, `resolution` samples along
+        the longest side; a warning and `notes` then say why, and what error that costs.
+        Raises SdfprtError where the module fails, is not finite, or returns another shape.
+        """
+        from sdfprt.neural.torch_module import make_scene
+
+        return make_scene(module, bounds, name, resolution, max_weights)
 
     def _measured(self, given: dict) -> Scene:
         """The scene with bounds, offset and step by measurement where `given` has none."""

@@ -92,3 +92,11 @@ class NeuralFit:
 @dataclass(frozen=True)
 class GridFit:
     resolution: int = 128  # samples along the longest side of the bounds
+
+
+@dataclass(frozen=True)
+class FromTorch:
+    neurons: int = 4096  # of all layers together that are followed
+    weights: int = 16_000  # that GLSL gets; more become a grid
+    samples: int = 20_000  # points at which the GLSL or the grid is held against the module
+    tolerance: float = 1e-4  # |difference| that counts as the same, of the largest |distance| where that is above 1

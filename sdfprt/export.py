@@ -17,7 +17,11 @@ from numpy import ndarray
 from sdfprt import settings, sh, shading
 from sdfprt.asset import Asset
 from sdfprt.camera import Camera
-from sdfprt.glsl.compile import check_es
+from sdfprt.errors import GlslError, SdfprtError
+from sdfprt.glsl.compile import check_es, compile_glsl
+from sdfprt.glsl.prepare import field_module
+from sdfprt.glsl.spirv import parse
+from sdfprt.glsl.to_es import translate
 from sdfprt.light import Light, lights
 from sdfprt.material import Diffuse, Material, Phong
 from sdfprt.network import TransferNet
@@ -57,10 +61,9 @@ def export_html(
     """
     net = network_of(asset, scene)
     material, camera = material or scene.material, camera or scene.camera
-    variants = {}
+    source, variants = es_source(scene), {}
     for lobes in (1, 2, 3):
-        variant = Variant(lobes, net.bands, net.bands)
-        variants[lobes] = page_fragment(scene, net, variant)
+        variants[lobes] = page_fragment(scene, net, Variant(lobes, net.bands, net.bands), source=source)
     check_es(variants[3], scene.file)
     chosen = [light] + [Light.load(name) for name in lights() if name != light.name]
     weights = weights_texture(net)
@@ -150,9 +153,10 @@ def export_shadertoy(
             _as_constants(pieces, values, ("eye", "axes", "viewport")),
         ]
     )
-    names = renamed(_TOY_INPUTS + ours, scene.shader_source)
+    source = es_source(scene)
+    names = renamed(_TOY_INPUTS + ours, source)
     ended = "\n".join(f"#undef {name}" for name in re.findall(r"^#define (\w+)", names, flags=re.M))  # the host calls mainImage
-    body = f"{ours}\n{names}\n#line 1\n{scene.shader_source}\n{ended}\n"
+    body = f"{ours}\n{names}\n#line 1\n{source}\n{ended}\n"
     check_es(f"{VERSION}{_TOY_INPUTS}{body}out vec4 c; void main() {{ mainImage(c, gl_FragCoord.xy); }}\n", scene.file)
     return body
 
@@ -165,11 +169,42 @@ def _blocks(net: TransferNet, variant: Variant) -> int:
     return int(re.findall(r"^#define BLOCKS (\d+)", defines(net, variant), flags=re.M)[0])
 
 
-def page_fragment(scene: Scene, net: TransferNet, variant: Variant, version: str = VERSION) -> str:
-    """The page's only pass, with what uniforms cannot say."""
+def es_source(scene: Scene) -> str:
+    """The scene's text as GLSL ES 3.00: its own where ES takes it, else written anew from what the compiler made of it.
+
+    Raises GlslError with the scene's lines for what ES cannot do at all.
+    """
+    wanted = [("sdfprt_distance", "float", "vec3 p")]
+    wanted += [("albedo", "vec3", "vec3 p, vec3 n")] if scene.has_albedo else []
+    wanted += [("exponent", "float", "vec3 p, vec3 n")] if scene.has_exponent else []
+    calls = " ".join(f"{kind}({name}({'p' if 'n' not in taken.split() else 'p, p'}));" for name, kind, taken in wanted)
+    try:
+        check_es(
+            f"{VERSION}#line 1\n{scene.shader_source}\nin vec3 sdfprt_in; void main() {{ vec3 p = sdfprt_in; {calls} }}\n",
+            scene.file,
+        )
+        return scene.shader_source
+    except GlslError as error:
+        refused = error
+    texts = []
+    try:
+        for name, kind, taken in wanted:
+            spirv = scene.prepared.spirv
+            if name != "sdfprt_distance":
+                spirv = compile_glsl(field_module(scene.shader_source, name, kind), file=scene.file)
+            feed = ("sdfprt_point=p", "sdfprt_normal=n")[: taken.count(",") + 1]
+            texts.append(translate(parse(spirv), f"sdfprt_{name[0]}_", feed, f"{kind} {name}({taken})"))
+    except SdfprtError as error:
+        raise GlslError(f"{refused}\n({error})") from None
+    return "// Written anew: the scene's own text is no GLSL ES 3.00\n" + "\n".join(texts)
+
+
+def page_fragment(scene: Scene, net: TransferNet, variant: Variant, version: str = VERSION, source: str = "") -> str:
+    """The page's only pass, with what uniforms cannot say; `source` stands for the scene's own text."""
+    source = source or scene.shader_source
     pieces = _declared_once(join((*PIECES, "page")).replace("uniform vec4 viewport;", "vec4 viewport;"))
     ours = "\n".join([version, "#define ENVIRONMENT_MAP", *_flags(scene), defines(net, variant), pieces])
-    return "\n".join([ours, renamed(ours, scene.shader_source), "#line 1", scene.shader_source])
+    return "\n".join([ours, renamed(ours, source), "#line 1", source])
 
 
 def _declared_once(text: str) -> str:

@@ -195,7 +195,27 @@ def test_shared_exponents_are_what_opengl_reads():
     assert (np.abs(read - pixels) <= pixels.max(axis=-1, keepdims=True) / 511).all()  # half a step of the largest channel
 
 
-def test_what_es_lacks_is_named_in_the_scenes_lines():
-    scene = Scene(glsl="float sdf(vec3 p) {\n    float d = fma(p.x, 1.0, 2.0);\n    return length(p) - 0.5 + 0.0 * d;\n}")
-    with pytest.raises(GlslError, match=r"scene.glsl:2:.*fma"):
+def test_a_scene_that_es_does_not_take_is_written_anew():
+    glsl = """
+        int steps = 3; float reach = 0.5 + length(vec3(0.1));
+        struct Ball { vec3 at; float size; };
+        Ball balls[2] = Ball[](Ball(vec3(0.0), 0.4), Ball(vec3(0.5, 0, 0), 0.2));
+        float sdf(vec3 p) {
+            float d = 10;
+            for (int i = 0; i < steps - 1; i++) d = min(d, fma(1.0, length(p - balls[i].at), -balls[i].size) * (2 / 2));
+            return max(d, p.y - reach);
+        }
+        vec3 albedo(vec3 p, vec3 n) { return p.x > 0 ? vec3(1, 0.5, 0) : abs(n) * 1; }
+    """
+    scene = Scene(glsl=glsl)
+    text = export_shadertoy(scene, NET, SKY, Diffuse(), background=False)
+    assert "Written anew" in text
+    picture = frame(scene, NET, SKY, Diffuse(), size=SIZE, dering=True)
+    assert _psnr(_toy(text, SIZE), image.srgb_encode(image.tone_map(picture.rgb))) > 45
+    export_html(scene, NET, SKY)
+
+
+def test_what_es_cannot_do_is_named_in_the_scenes_lines():
+    scene = Scene(glsl="float sdf(vec3 p) {\n    int e;\n    return length(p) - 0.5 + 0.0 * frexp(p.x, e);\n}")
+    with pytest.raises(GlslError, match=r"scene.glsl:3:(.|\n)*no frexp"):
         export_html(scene, NET, SKY)

@@ -142,7 +142,7 @@ class _Probe(TorchDispatchMode):
     def _is_map(self, value: Any) -> bool:
         return isinstance(value, torch.Tensor) and id(value) in self.held
 
-    def __torch_dispatch__(self, func: Any, types: Any, args: tuple = (), kwargs: dict | None = None) -> Any:
+    def __torch_dispatch__(self, func: Any, types: Any, args: tuple[Any, ...] = (), kwargs: dict | None = None) -> Any:
         kwargs = kwargs or {}
         flat = [v for a in (*args, *kwargs.values()) for v in (a if isinstance(a, list | tuple) else (a,))]
         maps = [v for v in flat if self._is_map(v)]
@@ -159,7 +159,7 @@ class _Probe(TorchDispatchMode):
         packet = getattr(torch.ops.aten, func._schema.name.split("::")[1].removesuffix("_"))
         return getattr(packet, func._overloadname, packet)
 
-    def _apply(self, name: str, func: Any, maps: list, args: tuple, kwargs: dict) -> Any:
+    def _apply(self, name: str, func: Any, maps: list, args: tuple[Any, ...], kwargs: dict) -> Any:
         if name in _BINARY and len(maps) == 2 and all(map(self._is_map, args[:2])):
             return self._nonlinear(_BINARY[name], torch.broadcast_tensors(*args[:2]))
         if name == "div" and self._is_map(args[1]):
@@ -187,14 +187,13 @@ class _Probe(TorchDispatchMode):
         tensor = torch.as_tensor(value, dtype=like.dtype)
         return self._hold(tensor.expand(torch.broadcast_shapes(tensor.shape, like.shape)).clone())
 
-    def _norm(self, name: str, args: tuple, kwargs: dict) -> torch.Tensor:
-        order = args[1] if len(args) > 1 else kwargs.get("ord", 2)
-        if order not in (2, 2.0, None):
-            raise NotGlsl(f"a norm of order {order}")
-        dim = args[2] if len(args) > 2 else kwargs.get("dim")
-        keep = args[3] if len(args) > 3 else kwargs.get("keepdim", False)
+    def _norm(self, name: str, args: tuple[Any, ...], kwargs: dict) -> torch.Tensor:
+        given = {**dict(zip(("ord", "dim", "keepdim"), args[1:], strict=False)), **kwargs}
+        if given.get("ord", 2) not in (2, None) or given.get("dim") is None:
+            raise NotGlsl(f"'{name}' other than of the second order along a dimension")
         squares = self._nonlinear("t * t", (args[0],))
-        return self._nonlinear("sqrt(t)", (self._hold(squares.sum(dim=dim, keepdim=keep)),))
+        total = self._hold(squares.sum(dim=given["dim"], keepdim=given.get("keepdim", False)))
+        return self._nonlinear("sqrt(t)", (total,))
 
     def _nonlinear(self, expression: str, maps: Any) -> torch.Tensor:
         """Write the maps as matrices and the function as a layer; its outcome is a new block of variables."""

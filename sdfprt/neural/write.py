@@ -55,7 +55,7 @@ class Writer:
         return Value("x", 3)
 
     def linear(
-        self, terms: list[tuple[Value, Float[ndarray, "out in"]]], bias: Float[ndarray, "out"], activation: str | None = None
+        self, terms: list[tuple[Value, Float[ndarray, "out _"]]], bias: Float[ndarray, "out"], activation: str | None = None
     ) -> Value:
         """activation(bias + sum of matrix times value); `activation` is an expression of the vec4 t."""
         made = self._new(len(bias))
@@ -81,7 +81,7 @@ class Writer:
         self._loop(made, body)
         return made
 
-    def result(self, terms: list[tuple[Value, Float[ndarray, "in"]]], bias: float, scale: float = 1.0) -> str:
+    def result(self, terms: list[tuple[Value, Float[ndarray, "_"]]], bias: float, scale: float = 1.0) -> str:
         """The whole file: scale * (bias + sum of row times value) is the distance."""
         self.lines.append(f"float d = {number(bias, self.digits)};")
         for k, (value, row) in enumerate(terms):

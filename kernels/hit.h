@@ -14,11 +14,13 @@
     Tracer::clip(o[0], o[1], o[2], d[0], d[1], d[2], box.data, enter, leave);
     F t = Simd::max(enter, Simd::splat(0.0f));
     const M inside = Simd::le(t, leave);
-    const M hit = Tracer::march(o[0], o[1], o[2], d[0], d[1], d[2], t, leave, near, step, relaxation, steps, inside);
-    // Onto the surface itself; a cut face keeps the place where the ray entered
-    for (int k = 0; k < 3; k++) {
+    const M hit = Tracer::march(o[0], o[1], o[2], d[0], d[1], d[2], t, leave, Simd::splat(near), step, relaxation, steps, inside);
+    // Onto the surface itself, backwards where a field that overestimates let the ray into the solid; a cut face keeps the
+    // place where the ray entered
+    const F first = Simd::max(enter, Simd::splat(0.0f));
+    for (int k = 0; k < 5; k++) {
         const F r = Scene::distance(o[0] + d[0] * t, o[1] + d[1] * t, o[2] + d[2] * t, hit);
-        t = Simd::sel(Simd::lt(Simd::splat(-4.0f * near), r), t + r * step, t);
+        t = Simd::max(t + r * step, first);
     }
     for (int k = 0; k < SDFPRT_LANES; k++) out.data[base + k] = Simd::lane(hit, k) ? Simd::lane(t, k) : -1.0f;
 }

@@ -4,14 +4,16 @@
 struct Stage : Simd {
     float low[3], high[3], epsilon, step, tap;
 
-    // Distance along the ray where the field falls below epsilon; -1 where the ray leaves the bounds first
+    // Distance along the ray where the field falls below epsilon, or less where the ray begins so near, in a crease; -1 where
+    // it leaves the bounds first
     CUDA_CALLABLE F march(F ox, F oy, F oz, F dx, F dy, F dz, M live) const {
         const F far = leave(ox, low[0], high[0], dx, leave(oy, low[1], high[1], dy, leave(oz, low[2], high[2], dz, splat(1e30f))));
-        F t = splat(0.0f), found = splat(-1.0f);
+        F t = splat(0.0f), found = splat(-1.0f), close = splat(epsilon);
         live = live & lt(splat(epsilon), far);  // from a face where the bounds cut the solid, outwards is free
         for (int k = 0; k < 2048 && any(live); k++) {
             const F d = Scene::distance(ox + t * dx, oy + t * dy, oz + t * dz, live);
-            const M hit = live & lt(d, splat(epsilon));
+            if (k == 0) close = min(close, 0.5f * d);
+            const M hit = live & lt(d, close);
             found = sel(hit, t, found);
             live = live & ~hit;
             t = sel(live, t + d * step, t);
@@ -191,10 +193,9 @@ struct Random : Simd {
     alpha.data[item] = Simd::any(seen) ? 1.0f : 0.0f;
     if (Simd::any(seen)) {
         F t = start + ahead;
-        for (int k = 0; k < 3; k++) {
-            const F d = Scene::distance(ex + t * vx, ey + t * vy, ez + t * vz, seen);
-            t += Simd::sel(Simd::lt(Simd::abs(d), Simd::splat(2.0f * stage.epsilon)), d * stage.step, zero);
-        }
+        // Backwards where a field that overestimates let the ray into the solid; a cut face keeps the place of entry
+        for (int k = 0; k < 5; k++)
+            t = Simd::max(t + Scene::distance(ex + t * vx, ey + t * vy, ez + t * vz, seen) * stage.step, start);
         const F hx = ex + t * vx, hy = ey + t * vy, hz = ez + t * vz;
         F gx, gy, gz;
         stage.normal(hx, hy, hz, seen, gx, gy, gz);

@@ -14,7 +14,7 @@ struct Tracer : Simd {
     }
 
     // March live lanes from t towards `far`; true where the distance falls below `near`. t is where each lane stopped.
-    static inline CUDA_CALLABLE M march(F ox, F oy, F oz, F dx, F dy, F dz, F& t, F far, float near, float step,
+    static inline CUDA_CALLABLE M march(F ox, F oy, F oz, F dx, F dy, F dz, F& t, F far, F near, float step,
                                         float relaxation, int steps, M live) {
         M hit = none();
         F before = splat(0.0f), taken = splat(0.0f), omega = splat(relaxation);
@@ -24,7 +24,7 @@ struct Tracer : Simd {
             const F r = Scene::distance(fma(dx, t, ox), fma(dy, t, oy), fma(dz, t, oz), live) * step;
             // The balls of this step and the one before do not touch: something may lie between, go back
             const M gap = lt(splat(1.0f), omega) & lt(r + before, taken);
-            const M found = ~gap & lt(r, splat(near)) & live;
+            const M found = ~gap & lt(r, near) & live;
             hit = hit | found;
             live = live & ~found;
             const F ahead = sel(gap, before - taken, omega * r);

@@ -8,9 +8,9 @@
     for (int g = 0; g < members; g++)
         for (int i = 0; i < bands * bands; i++) sum[g][i] = Simd::splat(0.0f);
 
-    // Empty balls of each point: centres o + h n, h growing by 1.7 a ball
+    // Empty balls of each point: centres o + h n, the first at o itself, then h growing by 1.7 a ball
     float height[16], radius[SDFPRT_GROUP][16];
-    for (int k = 0; k < 16; k++) height[k] = 2.0f * offset * expf(0.530628f * (float)k);
+    for (int k = 0; k < 16; k++) height[k] = k == 0 ? 0.0f : 2.0f * offset * expf(0.530628f * (float)(k - 1));
     for (int g = 0; g < members && shadowed; g++) {
         const float* p = points.data + 3 * (begin + g);
         const float* n = normals.data + 3 * (begin + g);
@@ -64,20 +64,23 @@
                     const float h = height[k], d = radius[g][k];
                     if (d <= 0.0f) break;
                     const F along = h * c, inside = along * along - (h * h - d * d);
-                    const F half = Simd::sqrt(Simd::max(inside, Simd::splat(0.0f)));
-                    const M reach = Simd::le(Simd::splat(0.0f), inside) & Simd::le(along - half, t) & Simd::lt(t, along + half);
-                    t = Simd::sel(reach, along + half, t);
+                    const F chord = Simd::sqrt(Simd::max(inside, Simd::splat(0.0f)));
+                    const M reach = Simd::le(Simd::splat(0.0f), inside) & Simd::le(along - chord, t) & Simd::lt(t, along + chord);
+                    t = Simd::sel(reach, along + chord, t);
                 }
                 F enter, leave;
                 Tracer::clip(Simd::splat(ox), Simd::splat(oy), Simd::splat(oz), dx, dy, dz, box.data, enter, leave);
                 Packets::store(packets.t + at, t);
                 Packets::store(packets.far + at, leave);
+                // Less where o itself lies so near, in a crease
+                const float half = 0.5f * radius[g][0];
+                Packets::store(packets.reach + at, Simd::splat(0.0f < half && half < near ? half : near));
                 Packets::store(packets.ox + at, Simd::splat(ox));
                 Packets::store(packets.oy + at, Simd::splat(oy));
                 Packets::store(packets.oz + at, Simd::splat(oz));
             }
         }
-        if (shadowed) packets.trace(near, step, steps, members * padded);
+        if (shadowed) packets.trace(step, steps, members * padded);
 
         // Basis by the recurrence in l of each order m; the constants come from sh.py's normalisation, passed in
         for (int at = 0; at < members * padded; at += SDFPRT_LANES) {

@@ -37,5 +37,8 @@ float march(vec3 o, vec3 d, float width) {
         t += taken;
     }
     bool creeping = alive && nearest < 0.5 * width * t;
-    return nearest <= hitDistance || creeping ? t : -1.0;
+    if (nearest > hitDistance && !creeping) return -1.0;
+    // Onto the surface itself, backwards where a field that overestimates let the ray into the solid
+    for (int i = 0; i < min(marchSteps, 5); i++) t = max(t + sdfprt_distance(o + d * t) * stepFactor, inside.x);
+    return t;
 }

@@ -1,8 +1,9 @@
-"""Bake the weights that ship with the library: `python scripts/ship.py [SCENE …] [--widths 64,128]`."""
+"""Bake the weights that ship with the library: `python scripts/ship.py [SCENE …] [--widths 64,128] [--steps N] [--again]`."""
 
 import argparse
 import time
 
+from sdfprt import settings
 from sdfprt.asset import Asset
 from sdfprt.bake import bake
 from sdfprt.errors import SdfprtError
@@ -12,6 +13,8 @@ from sdfprt.scene import Scene, library
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("scenes", nargs="*", default=list(library()))
 parser.add_argument("--widths", default="64")
+parser.add_argument("--steps", type=int, default=settings.Fit.steps, help="of the fit")
+parser.add_argument("--again", action="store_true", help="also where weights are up to date")
 arguments = parser.parse_args()
 for name in arguments.scenes:
     scene = Scene.load(name)
@@ -19,12 +22,13 @@ for name in arguments.scenes:
         path = folder("sdf_library") / name / f"k{width}.safetensors"
         try:
             Asset.load(path, scene=scene)
-            print(f"{path.name} of {name} is up to date")
-            continue
+            if not arguments.again:
+                print(f"{path.name} of {name} is up to date")
+                continue
         except SdfprtError:
             pass
         start = time.perf_counter()
-        asset = bake(scene, width=width)
+        asset = bake(scene, width=width, steps=arguments.steps, fresh=True)
         asset.save(path)
         error = asset.info["validation_rmse"]
         print(

@@ -33,7 +33,7 @@ Arrays = dict[str, ndarray]
 SIZES = ((16, 3), (32, 3), (32, 4), (64, 4), (128, 4))  # width and layers that `target_psnr` tries, small to large
 _CHUNK = 32_768  # samples a file of transfer
 _KEEP = 24  # working files that stay when a bake ends
-_VERSION = 3  # of what the stages compute; a change makes caches void
+_VERSION = 4  # of what the stages compute; a change makes caches void
 
 
 def bake(

@@ -109,4 +109,6 @@ def from_distance(
 
 def fit_mesh(mesh: Mesh, resolution: int = GridFit.resolution, name: str = "") -> Scene:
     """The distance to a mesh as a grid over its bounds. `Scene.save` writes it to a folder."""
-    return from_distance(mesh.distance, mesh.bounds, resolution, name or mesh.name, f"{mesh.name}, a distance grid")
+    scene = from_distance(mesh.distance, mesh.bounds, resolution, name or mesh.name, f"{mesh.name}, a distance grid")
+    mesh.require_inside(scene.textures[_NAME])
+    return scene

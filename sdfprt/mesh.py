@@ -58,6 +58,11 @@ class Mesh:
         native.launch(_kernel(), len(points), [self._tree.id, places, reach, out])
         return out.numpy()
 
+    def require_inside(self, distances: Float[ndarray, "..."]) -> None:
+        """Raise SdfprtError where none of these distances is negative."""
+        if not (distances < 0).any():
+            raise SdfprtError(f"{self.name}: it encloses no volume (an open sheet, or thinner than the samples are apart)")
+
     def sample(self, n: int, seed: int = 0) -> tuple[Float[ndarray, "n 3"], Float[ndarray, "n 3"]]:
         """Points spread evenly over the triangles and the triangles' unit normals."""
         random = np.random.default_rng(seed)

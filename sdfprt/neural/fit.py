@@ -73,6 +73,7 @@ def samples(mesh: Mesh, count: int, seed: int = 0) -> tuple[Float[ndarray, "n 3"
     kept = random.choice(len(wide), count - len(near), replace=False, p=importance / importance.sum())
     points = np.concatenate([near, wide[kept]])
     distances = np.concatenate([mesh.distance(near), far[kept]])
+    mesh.require_inside(distances)
     order = random.permutation(count)
     return points[order], distances[order]
 

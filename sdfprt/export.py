@@ -31,7 +31,7 @@ from sdfprt.scene import NORMAL_STEP, Scene
 from sdfprt.shader import Variant, defines, join, lobes_of, renamed, tau_text, weights_texture
 
 PIECES = ("camera", "trace", "normal", "network", "sh", "shade", "picture")
-VERSION = "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp sampler2D;\n"
+VERSION = "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp sampler2D;\nprecision highp sampler3D;\n"
 _TOY_INPUTS = (
     "uniform vec3 iResolution; uniform float iTime; uniform float iTimeDelta; uniform float iFrameRate; uniform int iFrame;\n"
     "uniform float iChannelTime[4]; uniform vec3 iChannelResolution[4]; uniform vec4 iMouse; uniform vec4 iDate;\n"
@@ -85,6 +85,7 @@ def export_html(
         "start": {**colours, "lobes": lobes_of(material), "yaw": yaw, "exposure": exposure, "background": background},
         "owns": {"albedo": scene.has_albedo, "exponent": scene.has_exponent},
         "weights": {"size": [weights.shape[1], weights.shape[0]], "data": _packed(weights.tobytes())},
+        "volumes": {name: _volume(values) for name, values in scene.textures.items()},
         "tau": [k.tolist(), i.tolist(), j.tolist(), tau[i, j, k].tolist()],
         "tilt": tilt.tolist(),
         "lights": [_light(each, net.bands, dering) for each in chosen],
@@ -108,8 +109,11 @@ def export_shadertoy(
     """One tab of Shadertoy: `mainImage`, with weights (half precision) and the light's SH as constants; the mouse turns the camera.
 
     What lies behind the scene is the light's SH, since there is no picture of the light.
-    Raises GlslError where the scene's text needs more than GLSL ES 3.00.
+    Raises GlslError where the scene's text needs more than GLSL ES 3.00, SdfprtError for a scene with textures.
     """
+    if scene.textures:
+        names = ", ".join(scene.textures)
+        raise SdfprtError(f"{scene.file}: reads the texture {names}, and Shadertoy takes none of ours; --html does")
     net = network_of(asset, scene)
     material, camera = material or scene.material, camera or scene.camera
     coefficients = light.sh_dered(net.bands)[0] if dering else light.sh(net.bands)
@@ -279,6 +283,11 @@ def _light(light: Light, bands: int, dering: bool) -> dict[str, Any]:
         "size": [pixels.shape[1], pixels.shape[0]],
         "map": _packed(shared_exponent(pixels).tobytes()),
     }
+
+
+def _volume(values: Float[ndarray, "d h w"]) -> dict[str, Any]:
+    """A 3D texture of the scene in half precision, which every WebGL 2 filters."""
+    return {"size": values.shape[::-1], "data": _packed(np.ascontiguousarray(values, np.float16).tobytes())}
 
 
 def shared_exponent(pixels: Float[ndarray, "h w 3"]) -> ndarray:

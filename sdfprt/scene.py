@@ -204,6 +204,11 @@ class Scene:
         sizes = {name: values.shape[::-1] for name, values in self.textures.items()}
         return {name: Texture(volume, sizes[name]) for name, (volume, _) in self._volumes.items()}
 
+    def __getstate__(self) -> dict:
+        """Pickled, for other processes: textures go as arrays; what Warp made of them is made there again."""
+        made = ("_volumes", "_samplers", "native") if self.textures else ()
+        return {name: value for name, value in self.__dict__.items() if name not in made}
+
     @functools.cached_property
     def native(self) -> str:
         """C++: `struct Scene : Simd { static F distance(F x, F y, F z, M live); }`."""

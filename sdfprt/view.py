@@ -18,7 +18,7 @@ from sdfprt.export import fixed_uniforms, page_fragment
 from sdfprt.light import Light, lights
 from sdfprt.material import Diffuse, DiffusePhong, Material, Phong
 from sdfprt.network import TransferNet
-from sdfprt.render import environment_texture, give, network_of, set_light
+from sdfprt.render import environment_texture, give, network_of, set_light, texture_3d
 from sdfprt.scene import Scene
 from sdfprt.shader import VERSION, Variant, lobes_of, piece, weights_texture
 
@@ -26,6 +26,7 @@ KEYS = """drag  turn the camera      scroll  closer, farther      R  as at the s
 L  next light              left, right  turn the light   B  light behind the scene
 M  next material           [ ]  exponent                 up, down  exposure
 Esc, Q  close"""
+_VOLUMES = 8  # texture unit of the scene's first 3D texture
 _RADIANS = 0.01  # a pixel of dragging
 _DEGREES = 5.0  # a press of left or right
 _STEEPEST = 1.5  # radians above or below the horizon
@@ -98,6 +99,7 @@ class Painter:
         values = weights_texture(net)
         self.weights = gl.texture(values.shape[1::-1], 4, values.tobytes(), dtype="f4")
         self.weights.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self.volumes = [texture_3d(gl, values) for values in scene.textures.values()]
         self.maps = [environment_texture(light, gl) for light in choices]
         self.programs: dict[int, tuple[moderngl.Program, moderngl.VertexArray]] = {}
 
@@ -130,6 +132,8 @@ class Painter:
         )
         self.weights.use(4)
         self.maps[look.light].use(3)
+        for k, volume in enumerate(self.volumes):
+            volume.use(_VOLUMES + k)
         triangle.render(moderngl.TRIANGLES, vertices=3)
         for buffer in buffers:
             buffer.release()
@@ -144,7 +148,7 @@ class Painter:
             raise SdfprtError(f"{self.scene.file}: the OpenGL driver does not take the shader: {error}") from None
         for name, value in fixed_uniforms(self.scene, self.net).items():
             give(program, **{name: np.asarray(value) if isinstance(value, list | tuple) else value})
-        give(program, samples=1, once=1)
+        give(program, samples=1, once=1, **{name: _VOLUMES + k for k, name in enumerate(self.scene.textures)})
         return program, self.gl.vertex_array(program, [])
 
 

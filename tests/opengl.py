@@ -1,17 +1,13 @@
-"""What OpenGL says: a scene's distance at many points, by a fragment shader on the machine's driver."""
+"""What OpenGL says: a scene's distance at many points, by a fragment shader on the machine's driver.
 
-import functools
+On the renderer's context: of two in a process, the one made last would draw for both.
+"""
 
 import moderngl
 import numpy as np
 
-from sdfprt.render import texture_3d
+from sdfprt.render import context, texture_3d
 from sdfprt.scene import Scene
-
-
-@functools.cache
-def context() -> moderngl.Context:
-    return moderngl.create_context(standalone=True, backend="egl", require=430)  # type: ignore[call-arg]
 
 
 def distance(scene: Scene, points: np.ndarray) -> np.ndarray:

@@ -116,6 +116,17 @@ def test_pictures_from_a_cluster_that_loses_a_worker_are_the_local_files(cluster
     assert run("far", "png", cluster=cluster.address) == run("near", "png")
 
 
+def test_a_scene_with_textures_works_in_another_process(cluster):
+    values = np.random.default_rng(3).uniform(0.0, 0.2, (5, 6, 7)).astype(np.float16)
+    glsl = "uniform sampler3D bumps;\nfloat sdf(vec3 p) { return length(p) - 0.5 - texture(bumps, 0.5 * p + 0.5).r; }"
+    scene = Scene(glsl=glsl, textures={"bumps": values}, step=0.6)
+    points = np.random.default_rng(0).uniform(-1, 1, (64, 3)).astype(np.float32)
+    here = scene.distance(points)
+    with workers.connect(cluster.address) as client:
+        ((_, there),) = workers.each(client, Scene.distance, [(scene, points)])
+    np.testing.assert_array_equal(here, there)
+
+
 def test_a_task_that_fails_is_tried_again_and_then_its_own_error_comes(cluster, tmp_path):
     with workers.connect(cluster.address) as client:
         tasks = [(str(tmp_path / name), fails) for name, fails in (("a", 0), ("b", 2), ("c", 3))]

@@ -8,7 +8,7 @@ import nets
 import numpy as np
 import pytest
 
-from sdfprt import Camera, DiffusePhong, GlslError, Light, Phong, Scene, export, image
+from sdfprt import Camera, DiffusePhong, GlslError, Light, Phong, Scene, SdfprtError, export, image
 from sdfprt.export import export_html, export_shadertoy
 from sdfprt.material import Diffuse, Material
 from sdfprt.render import context, frame
@@ -105,6 +105,26 @@ def test_a_shipped_scene_looks_in_the_browser_as_render_draws_it(browser, tmp_pa
     picture = frame(scene, bake(scene), SKY, size=(96, 96), dering=True, background=True)
     assert _psnr(_canvas(page), image.srgb_encode(image.tone_map(picture.rgb))) > 35
     page.close()
+
+
+BUMPS = np.random.default_rng(3).uniform(0.0, 0.2, (5, 6, 7)).astype(np.float16)
+
+
+def _bumpy() -> Scene:
+    glsl = "uniform sampler3D bumps;\nfloat sdf(vec3 p) { return length(p) - 0.5 - texture(bumps, 0.5 * p + 0.5).r; }"
+    return Scene(glsl=glsl, textures={"bumps": BUMPS}, step=0.6)
+
+
+def test_a_scenes_textures_are_in_the_page(browser, tmp_path):
+    page = _open(browser, tmp_path / "page.html", export_html(_bumpy(), NET, SKY, size=SIZE))
+    picture = frame(_bumpy(), NET, SKY, size=SIZE, dering=True, background=True)
+    assert _psnr(_canvas(page), image.srgb_encode(image.tone_map(picture.rgb))) > 40
+    page.close()
+
+
+def test_shadertoy_is_told_to_have_no_textures():
+    with pytest.raises(SdfprtError, match=r"bumps.*--html"):
+        export_shadertoy(_bumpy(), NET, SKY)
 
 
 def test_without_webgl_the_page_says_so(browser, tmp_path):

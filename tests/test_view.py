@@ -12,7 +12,7 @@ import nets
 import numpy as np
 import pytest
 
-from sdfprt import Camera, DiffusePhong, Light, Phong, SdfprtError, image
+from sdfprt import Camera, DiffusePhong, Light, Phong, Scene, SdfprtError, image
 from sdfprt.material import Diffuse
 from sdfprt.render import context, frame
 from sdfprt.view import Look, Painter, view
@@ -70,17 +70,31 @@ def test_keys_change_what_they_say_and_nothing_else():
     assert shinier.albedo == (0.7, 0.5, 0.3)
 
 
-@pytest.mark.parametrize("material", [LOOK.material, Diffuse((0.7, 0.5, 0.3)), Phong(12.0)], ids=str)
-def test_the_window_shows_what_render_draws(material):
-    gl, choices = context(), [Light.load("studio"), Light.load("sky_noon")]
-    look = replace(LOOK, material=material, light=1, yaw=25.0, exposure=0.7)
+def _painted(scene: Scene, look: Look, choices: list[Light]) -> np.ndarray:
+    gl = context()
     target = gl.framebuffer([gl.texture(SIZE, 4, dtype="f4")])
     target.use()
-    Painter(gl, SCENE, NET, choices).draw(look, SIZE)
-    got = np.frombuffer(target.read(components=3, dtype="f4"), np.float32).reshape(SIZE[1], SIZE[0], 3)[::-1]
+    Painter(gl, scene, NET, choices).draw(look, SIZE)
+    return np.frombuffer(target.read(components=3, dtype="f4"), np.float32).reshape(SIZE[1], SIZE[0], 3)[::-1]
+
+
+@pytest.mark.parametrize("material", [LOOK.material, Diffuse((0.7, 0.5, 0.3)), Phong(12.0)], ids=str)
+def test_the_window_shows_what_render_draws(material):
+    choices = [Light.load("studio"), Light.load("sky_noon")]
+    look = replace(LOOK, material=material, light=1, yaw=25.0, exposure=0.7)
+    got = _painted(SCENE, look, choices)
     drawn = frame(SCENE, NET, choices[1].rotated(yaw=25), material, look.camera, SIZE, dering=True, background=True)
     expected = image.srgb_encode(image.tone_map(drawn.rgb, 0.7))
     assert 10 * np.log10(1 / ((got - expected) ** 2).mean()) > 50
+
+
+def test_the_window_reads_the_scenes_textures():
+    values = np.random.default_rng(3).uniform(0.0, 0.2, (5, 6, 7)).astype(np.float16)
+    glsl = "uniform sampler3D bumps;\nfloat sdf(vec3 p) { return length(p) - 0.5 - texture(bumps, 0.5 * p + 0.5).r; }"
+    scene = Scene(glsl=glsl, textures={"bumps": values}, step=0.6)
+    got = _painted(scene, Look(scene.camera, Diffuse()), [Light.load("studio")])
+    drawn = frame(scene, NET, Light.load("studio"), Diffuse(), size=SIZE, dering=True, background=True)
+    assert 10 * np.log10(1 / ((got - image.srgb_encode(image.tone_map(drawn.rgb))) ** 2).mean()) > 50
 
 
 def test_without_a_display_one_line_says_what_to_do(monkeypatch):

@@ -1,0 +1,257 @@
+"""Frames a second: the paper's table 2 on this machine, beside the paper read literally.
+
+Ours is the whole call of `frame`, reading back included. The literal shader is one pass in which every pixel does
+everything: a plain march, the network unrolled into mat4 constants with every sine and cosine evaluated, the lighting;
+what missed is blackened at the end. Both are timed in turns, the best of each. TPFL: light fixed; TP: the whole triple
+product. The first frame holds the compilation, with Mesa's shader cache off. Writes fps.md, fps.json and fps.png.
+"""
+
+import argparse
+import importlib
+import json
+import os
+import platform
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+os.environ["MESA_SHADER_CACHE_DISABLE"] = "true"
+
+import moderngl
+import numpy as np
+
+from sdfprt import light as lights
+from sdfprt import settings, shader
+from sdfprt.asset import Asset
+from sdfprt.bake import bake
+from sdfprt.material import Diffuse, Material, Phong
+from sdfprt.network import TransferNet
+from sdfprt.scene import NORMAL_STEP, Scene
+
+render = importlib.import_module("sdfprt.render")  # sdfprt.render is the function
+PAPER = {  # RTX 3090, 1024x1024, k64 and k128: diffuse / glossy
+    "old_car": "255/207, 73/39",
+    "mike_monster": "294/174, 61/24",
+    "fish": "320/232, 77/50",
+    "rabbit": "310/206, 73/38",
+}
+MARCH = """
+uniform vec3 boundsLow, boundsHigh;
+uniform float hitDistance, stepFactor, normalStep;
+uniform int marchSteps;
+uniform vec3 albedo;
+uniform float exponent;
+layout(location = 0) out vec4 radiance;
+float sdfprt_distance(vec3 p);
+#ifdef HAS_ALBEDO
+vec3 albedo_(vec3 p, vec3 n);
+#endif
+"""
+MAIN = """
+void main() {
+    vec3 o = viewOrigin(), d = viewRay();
+    float t = 0.0, r = 1e30;
+    for (int i = 0; i < marchSteps && r > hitDistance && t < 100.0; i++) {
+        r = sdfprt_distance(o + d * t) * stepFactor;
+        t += r;
+    }
+    vec3 p = o + d * t;
+    bool hit = r <= hitDistance && all(lessThanEqual(boundsLow, p)) && all(lessThanEqual(p, boundsHigh));
+    vec2 e = vec2(normalStep, -normalStep);
+    vec3 n = normalize(e.xyy * sdfprt_distance(p + e.xyy) + e.yyx * sdfprt_distance(p + e.yyx)
+                     + e.yxy * sdfprt_distance(p + e.yxy) + e.xxx * sdfprt_distance(p + e.xxx));
+    vec4 transfer[OUTPUTS];
+    literal(p, n, transfer);
+    vec3 colour = COLOUR;
+    vec3 light = shade(n, normalize(o - p), transfer, colour, exponent);
+    radiance = hit ? vec4(light, 1.0) : vec4(0.0);
+}
+"""
+
+
+def literal_network(net: TransferNet) -> str:
+    """The network as text with its weights as mat4 constants, unrolled (learnt transfer, Sec. 4)."""
+
+    def number(value: float) -> str:
+        return f"{value:.8e}"
+
+    lines = ["void literal(vec3 p, vec3 n, out vec4 transfer[OUTPUTS]) {"]
+    center = ",".join(number(v) for v in net.center)
+    lines.append(f"vec3 x = (p - vec3({center})) / {number(net.extent)};")
+    features = ["x", "n"]
+    for name, octaves in (("x", net.position_frequencies), ("n", net.normal_frequencies)):
+        features += [f"{f}({number(2**k * np.pi)} * {name})" for k in range(octaves) for f in ("sin", "cos")]
+    lines += [f"vec3 e{i} = {text};" for i, text in enumerate(features)]
+    parts = [f"e{i}.{axis}" for i in range(len(features)) for axis in "xyz"]
+    parts += ["0.0"] * (-len(parts) % 4)
+    layer = [f"vec4({','.join(parts[i : i + 4])})" for i in range(0, len(parts), 4)]
+    for depth, (weight, bias) in enumerate(net.weights):
+        lines += [f"vec4 h{depth}_{i} = {text};" for i, text in enumerate(layer)]
+        w = np.pad(weight, ((0, -len(weight) % 4), (0, -weight.shape[1] % 4)))
+        b = np.pad(bias, (0, -len(bias) % 4))
+        rows = []
+        for row in range(0, len(w), 4):
+            terms = ["vec4(" + ",".join(number(v) for v in b[row : row + 4]) + ")"]
+            for column in range(0, w.shape[1], 4):
+                block = ",".join(number(v) for v in w[row : row + 4, column : column + 4].T.ravel())
+                terms.append(f"mat4({block}) * h{depth}_{column // 4}")
+            rows.append(" + ".join(terms))
+        lines += [f"vec4 s{depth}_{i} = {text};" for i, text in enumerate(rows)]
+        final = depth == len(net.weights) - 1
+        layer = [f"tanh(s{depth}_{i})" if final else f"max(s{depth}_{i}, 0.01 * s{depth}_{i})" for i in range(len(rows))]
+    scale = np.pad(net.scale, (0, -len(net.scale) % 4))
+    for i, text in enumerate(layer):
+        lines.append(f"transfer[{i}] = vec4({','.join(number(v) for v in scale[4 * i : 4 * i + 4])}) * {text};")
+    return "\n".join([*lines, "}"])
+
+
+def literal(scene: Scene, net: TransferNet, light: lights.Light, material: Material, size: tuple[int, int]) -> Callable:
+    """A function that draws the literal shader and returns (H, W, 4)."""
+    variant = shader.Variant(shader.lobes_of(material), net.bands, net.bands)
+    flags = "#define HAS_ALBEDO\n" if scene.has_albedo else ""
+    colour = "albedo_(p, n)" if scene.has_albedo else "albedo"
+    users = scene.shader_source
+    wrapper = "vec3 albedo_(vec3 p, vec3 n) { return sdfprt_users_albedo(p, n); }" if scene.has_albedo else ""
+    ours = "\n".join(
+        [
+            shader.VERSION + "\n" + flags + shader.defines(net, variant),
+            *(shader.piece(name) for name in ("camera", "sh", "shade")),
+            MARCH,
+            literal_network(net),
+            MAIN.replace("COLOUR", colour),
+        ]
+    )
+    names = "#define albedo sdfprt_users_albedo\n#define exponent sdfprt_users_exponent\n"
+    text = "\n".join([ours, shader.renamed(ours, users), names, users, wrapper])
+    context, state = render.context(), []
+
+    def draw() -> np.ndarray:
+        if not state:
+            program = context.program(vertex_shader=f"#version 430\n{shader.piece('vertex')}", fragment_shader=text)
+            target = context.texture(size, 4, dtype="f4")
+            state.extend((program, context.vertex_array(program, []), target, context.framebuffer([target])))
+        program, triangle, target, buffer = state
+        low, high = scene.bounds
+        render.give(
+            program,
+            boundsLow=low,
+            boundsHigh=high,
+            hitDistance=settings.Trace.hit * scene.diagonal,
+            stepFactor=scene.step,
+            normalStep=NORMAL_STEP * scene.diagonal,
+            marchSteps=settings.Trace.steps,
+        )
+        held = render.set_light(program, variant, net.bands, light.sh(net.bands))
+        render.set_material(program, scene, material)
+        render.set_camera(program, scene.camera, (0, 0, *size))
+        buffer.use()
+        context.disable(moderngl.DEPTH_TEST)
+        triangle.render(moderngl.TRIANGLES, vertices=3)
+        for thing in held:
+            thing.release()
+        return render.read(target)
+
+    return draw
+
+
+def best(runs: list[Callable], turns: int) -> tuple[list[float], list[float], list]:
+    """Seconds of the first call of each and the least of the later ones, in turns; and what they last returned."""
+    first, later, results = [], np.full((turns, len(runs)), np.inf), [None] * len(runs)
+    for run in runs:
+        start = time.perf_counter()
+        run()
+        first.append(time.perf_counter() - start)
+    for turn in range(turns):
+        for k, run in enumerate(runs):
+            start = time.perf_counter()
+            results[k] = run()
+            later[turn, k] = time.perf_counter() - start
+    return first, [float(v) for v in later.min(axis=0)], results
+
+
+def measure(name: str, width: int, material: Material, size: tuple[int, int], turns: int, with_literal: bool) -> dict:
+    scene = Scene.load(name)
+    asset: Asset = bake(scene, width=width)
+    light = lights.Light.load("studio")
+    render.renderer.cache_clear()
+    runs: list[Callable] = [lambda: render.frame(scene, asset, light, material, size=size)]
+    runs.append(lambda: render.frame(scene, asset, light, material, size=size, fixed_light=False))
+    if with_literal:
+        runs.append(literal(scene, asset.net, light, material, size))
+    first, later, results = best(runs, turns)
+    row = {
+        "scene": scene.name,
+        "k": width,
+        "material": "diffuse" if isinstance(material, Diffuse) else "glossy",
+        "FPS": 1 / later[0],
+        "FPS, TP": 1 / later[1],
+        "first frame, s": first[0],
+        "paper, FPS": PAPER.get(scene.name, ""),
+    }
+    if with_literal:
+        ours, theirs = results[0], results[2]
+        both = (ours.alpha > 0) & (theirs[..., 3] > 0)
+        peak = np.percentile(ours.rgb[both], 99.9)
+        error = np.sort(((ours.rgb - theirs[..., :3])[both] ** 2).mean(axis=1))
+        row |= {
+            "ratio": later[2] / later[0],
+            "FPS, literal": 1 / later[2],
+            "first frame, literal, s": first[2],
+            "equal to literal, dB": float(10 * np.log10(peak**2 / max(error[: int(0.98 * len(error))].mean(), 1e-20))),
+        }
+    return row
+
+
+def _plot(rows: list[dict], path: Path) -> None:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(figsize=(8, 1 + 0.3 * len(rows)), layout="constrained")
+    names = [f"{row['scene']} k={row['k']} {row['material']}" for row in rows]
+    places = np.arange(len(rows))
+    for offset, key in ((-0.25, "FPS"), (0.0, "FPS, TP"), (0.25, "FPS, literal")):
+        axes.barh(places + offset, [row.get(key, 0.0) for row in rows], 0.22, label=key)
+    axes.set_yticks(places, names)
+    axes.invert_yaxis()
+    axes.set_xlabel("frames a second")
+    axes.legend()
+    figure.savefig(path, dpi=110)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scenes", nargs="+", default=list(PAPER))
+    parser.add_argument("--widths", nargs="+", type=int, default=[64, 128])
+    parser.add_argument("--size", type=int, default=512)
+    parser.add_argument("--turns", type=int, default=3)
+    parser.add_argument("--literal-to", type=int, default=64, help="widest network that is also drawn by the literal shader")
+    parser.add_argument("-o", "--output", type=Path, default=Path("out/fps"), help="folder")
+    args = parser.parse_args()
+    args.output.mkdir(parents=True, exist_ok=True)
+    rows = []
+    for name in args.scenes:
+        for width in args.widths:
+            for material in (Diffuse(), Phong(32)):
+                rows.append(measure(name, width, material, (args.size,) * 2, args.turns, width <= args.literal_to))
+                print(json.dumps(rows[-1]), flush=True)
+    ratios = [row["ratio"] for row in rows if "ratio" in row]
+    keys = list(dict.fromkeys(key for key in ("scene", "k", "material", "ratio") if any(key in row for row in rows)))
+    keys += [key for key in dict.fromkeys(key for row in rows for key in row) if key not in keys]
+    setting = f"{args.size}x{args.size}, {render.context().info['GL_RENDERER']}, {os.cpu_count()} cores, {platform.machine()}"
+    lines = [f"# Frames a second\n\n{setting}. `sdfprt bench fps`\n"]
+    if ratios:
+        lines.append(f"Ratio to the literal shader: median {np.median(ratios):.2f}, least {min(ratios):.2f}.\n")
+    lines += ["| " + " | ".join(keys) + " |", "|---" * len(keys) + "|"]
+    for row in rows:
+        cells = (f"{v:.3g}" if isinstance(v, float) else str(v) for v in (row.get(key, "") for key in keys))
+        lines.append("| " + " | ".join(cells) + " |")
+    (args.output / "fps.md").write_text("\n".join(lines) + "\n")
+    (args.output / "fps.json").write_text(json.dumps({"setting": setting, "rows": rows}, indent=2))
+    _plot(rows, args.output / "fps.png")
+    print("\n".join(lines))
+
+
+if __name__ == "__main__":
+    main()

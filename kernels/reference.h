@@ -1,26 +1,32 @@
 // Path tracing of the SDF itself: item = one ray of the camera, lanes = stratified light paths through its first hit.
 // One light sample and one lobe sample a vertex, combined by the balance heuristic (Veach 1997, Sec. 9.2).
-// The tracer is the plain one on purpose: nothing of the fast tracers' is shared, so that each can check the other.
+// The tracer is its own on purpose: nothing of the fast tracers' is shared, so that each can check the other.
 struct Stage : Simd {
     float low[3], high[3], epsilon, step, tap;
 
-    // Distance along the ray where the field falls below epsilon, or less where the ray begins so near, in a crease; -1 where
-    // it leaves the bounds first
-    CUDA_CALLABLE F march(F ox, F oy, F oz, F dx, F dy, F dz, M live) const {
+    // Distance along the ray, from t on, where the field falls below epsilon, or less where the ray begins so near, in a
+    // crease; -1 where it leaves the bounds first. Steps are over-relaxed; back to the safe one where two balls leave a gap
+    // (Keinert et al. 2014)
+    CUDA_CALLABLE F march(F ox, F oy, F oz, F dx, F dy, F dz, F t, F close, M live) const {
         const F far = leave(ox, low[0], high[0], dx, leave(oy, low[1], high[1], dy, leave(oz, low[2], high[2], dz, splat(1e30f))));
-        F t = splat(0.0f), found = splat(-1.0f), close = splat(epsilon);
-        live = live & lt(splat(epsilon), far);  // from a face where the bounds cut the solid, outwards is free
+        F found = splat(-1.0f), before = splat(0.0f), taken = before, omega = splat(1.5f);
+        live = live & lt(t + epsilon, far);  // from a face where the bounds cut the solid, outwards is free
         for (int k = 0; k < 2048 && any(live); k++) {
-            const F d = Scene::distance(ox + t * dx, oy + t * dy, oz + t * dz, live);
-            if (k == 0) close = min(close, 0.5f * d);
-            const M hit = live & lt(d, close);
+            const F d = Scene::distance(ox + t * dx, oy + t * dy, oz + t * dz, live), safe = d * step;
+            const M gap = lt(splat(1.0f), omega) & lt(before + safe, taken);
+            const M hit = live & ~gap & lt(d, close);
             found = sel(hit, t, found);
             live = live & ~hit;
-            t = sel(live, t + d * step, t);
+            const F ahead = sel(gap, before - taken, min(omega * safe, max(safe, far - epsilon - t)));
+            t = sel(live, t + ahead, t);
+            taken = sel(gap, splat(0.0f), ahead), before = sel(gap, splat(0.0f), safe);
+            omega = sel(gap, splat(1.0f), omega);
             live = live & lt(t, far);
         }
         return found;
     }
+    // What counts as met for rays that begin where the field is d
+    CUDA_CALLABLE F reach(F d) const { return min(splat(epsilon), 0.5f * d); }
     static CUDA_CALLABLE F leave(F o, float low, float high, F d, F far) {
         const F edge = sel(lt(d, splat(0.0f)), splat(low), splat(high));
         const F small = splat(1e-12f);
@@ -46,6 +52,27 @@ struct Stage : Simd {
         const M flat = lt(length, splat(1e-12f));
         const F s = 1.0f / sel(flat, splat(1.0f), length);
         nx = sel(flat, splat(0.0f), nx * s), ny = sel(flat, splat(1.0f), ny * s), nz = sel(flat, splat(0.0f), nz * s);
+    }
+};
+
+// Empty balls with centres along the normal above a point: rays from there start at their far ends
+struct Balls : Simd {
+    float height[SDFPRT_LANES], radius[SDFPRT_LANES];
+    CUDA_CALLABLE Balls(const Stage& stage, float x, float y, float z, float nx, float ny, float nz, float lift) {
+        F h = splat(0.0f);
+        for (int k = 1; k < SDFPRT_LANES; k++) set(h, k, 2.0f * lift * exp2f(0.75f * (float)(k - 1)));
+        const F d = Scene::distance(x + h * nx, y + h * ny, z + h * nz, ones()) * stage.step;
+        for (int k = 0; k < SDFPRT_LANES; k++) height[k] = lane(h, k), radius[k] = lane(d, k);
+    }
+    // How far a ray at this cosine to the normal stays inside balls that follow each other
+    CUDA_CALLABLE F safe(F cosine) const {
+        F t = splat(0.0f);
+        for (int k = 0; k < SDFPRT_LANES && radius[k] > 0.0f; k++) {
+            const F along = height[k] * cosine, inside = along * along - (height[k] * height[k] - radius[k] * radius[k]);
+            const F half = sqrt(max(inside, splat(0.0f)));
+            t = sel(le(splat(0.0f), inside) & le(along - half, t) & lt(t, along + half), along + half, t);
+        }
+        return t;
     }
 };
 
@@ -188,7 +215,8 @@ struct Random : Simd {
     const F vx = Simd::splat(way[0]), vy = Simd::splat(way[1]), vz = Simd::splat(way[2]);
     const F start = stage.enter(ex, ey, ez, vx, vy, vz);
     const M met = Simd::lt(start, Simd::splat(1e29f));
-    const F ahead = stage.march(ex + start * vx, ey + start * vy, ez + start * vz, vx, vy, vz, met);
+    const F near = Simd::splat(stage.epsilon);
+    const F ahead = stage.march(ex + start * vx, ey + start * vy, ez + start * vz, vx, vy, vz, zero, near, met);
     const M seen = met & Simd::le(zero, ahead);
     alpha.data[item] = Simd::any(seen) ? 1.0f : 0.0f;
     if (Simd::any(seen)) {
@@ -199,6 +227,10 @@ struct Random : Simd {
         const F hx = ex + t * vx, hy = ey + t * vy, hz = ez + t * vz;
         F gx, gy, gz;
         stage.normal(hx, hy, hz, seen, gx, gy, gz);
+
+        const float lift = 4.0f * stage.epsilon;
+        const float qx = Simd::lane(gx, 0), qy = Simd::lane(gy, 0), qz = Simd::lane(gz, 0);
+        const Balls balls(stage, Simd::lane(hx, 0) + lift * qx, Simd::lane(hy, 0) + lift * qy, Simd::lane(hz, 0) + lift * qz, qx, qy, qz, lift);
 
         Random random;
         random.state = Random::hash((unsigned)item) ^ Random::hash((unsigned)seed * 0x85ebca6bu + 1u);
@@ -213,8 +245,10 @@ struct Random : Simd {
                 lobes.choose();
                 const F wn = nx * ox + ny * oy + nz * oz;
                 const F mx = 2.0f * wn * nx - ox, my = 2.0f * wn * ny - oy, mz = 2.0f * wn * nz - oz;
-                const F lift = Simd::splat(4.0f * stage.epsilon);
                 const F sx = x + lift * nx, sy = y + lift * ny, sz = z + lift * nz;
+                F close = Simd::splat(balls.radius[0] / stage.step);
+                if (depth > 0) close = Scene::distance(sx, sy, sz, live);
+                close = stage.reach(close);
                 F u, v, dx, dy, dz, r[3], f[3], here, there;
 
                 // Towards the light
@@ -223,7 +257,7 @@ struct Random : Simd {
                 const F up = nx * dx + ny * dy + nz * dz;
                 lobes.evaluate(up, mx * dx + my * dy + mz * dz, f, here);
                 M useful = live & Simd::lt(zero, up);
-                F found = stage.march(sx, sy, sz, dx, dy, dz, useful);
+                F found = stage.march(sx, sy, sz, dx, dy, dz, depth > 0 ? zero : balls.safe(up), close, useful);
                 M free = useful & Simd::lt(found, zero);
                 for (int c = 0; c < 3; c++)
                     radiance[c] += Simd::sel(free, through[c] * f[c] * r[c] / (here + there), zero);
@@ -234,7 +268,7 @@ struct Random : Simd {
                 const F cosine = nx * dx + ny * dy + nz * dz;
                 lobes.evaluate(cosine, mx * dx + my * dy + mz * dz, f, here);
                 useful = live & Simd::lt(zero, cosine) & Simd::lt(Simd::splat(1e-12f), here);
-                found = stage.march(sx, sy, sz, dx, dy, dz, useful);
+                found = stage.march(sx, sy, sz, dx, dy, dz, depth > 0 ? zero : balls.safe(cosine), close, useful);
                 free = useful & Simd::lt(found, zero);
                 light.evaluate(dx, dy, dz, r[0], r[1], r[2], there);
                 for (int c = 0; c < 3; c++)

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sdfprt import sphere
+from sdfprt import sphere, trace
 from sdfprt.camera import Camera
 from sdfprt.errors import SdfprtError
 from sdfprt.light import Light
@@ -134,6 +134,18 @@ def test_alpha_of_samples_counts_the_hit_share():
     result = reference_image(BALL, WHITE, Diffuse(), size=SIZE, spp=64, samples=4)
     assert ((result.alpha > 0) & (result.alpha < 1)).any()
     assert set(np.unique(result.alpha * 16)) <= set(range(17))
+
+
+def test_a_floor_just_above_the_end_of_the_bounds_is_not_stepped_over():
+    """Relaxed steps may carry a ray out of the bounds across it."""
+    floor = Scene(glsl="float sdf(vec3 p) { return p.y + 0.99; }", camera=Camera(eye=(0.0, 3.0, 0.1), fov=15.0))
+    origin, directions = floor.camera.rays(SIZE)
+    expected = (origin[1] + 0.99) / -directions.reshape(-1, 3)[:, 1]
+    np.testing.assert_allclose(trace.hit(floor, origin, directions.reshape(-1, 3)), expected, rtol=0, atol=1e-4)
+    assert not trace.visible(floor, np.array((0.0, 0.3, 0.0)), directions.reshape(-1, 3).astype(np.float32)).any()
+    result = reference_image(floor, WHITE, Diffuse((1.0, 1.0, 1.0)), size=SIZE, spp=64)
+    assert result.alpha.min() == 1
+    np.testing.assert_allclose(result.rgb, 1, rtol=0, atol=0.05)  # 64 stratified paths
 
 
 def test_no_paths_is_an_error():

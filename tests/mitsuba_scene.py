@@ -180,3 +180,13 @@ def picture(
         mean[part], variance[part] = values.mean(axis=0), values.var(axis=0) / (sets - 1)
     shape = (size[1], size[0])
     return mean.reshape(*shape, 3), variance.reshape(*shape, 3), hit.reshape(shape)
+
+
+@no_type_check
+def met(scene: Any, camera: Camera, size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """Points and interpolated unit normals of the mesh at pixel centres, (H, W, 3) each; on a miss they mean nothing."""
+    mi = mitsuba()
+    origin, directions = camera.rays(size)
+    ways = mi.Vector3f(directions.reshape(-1, 3).astype(np.float32).T)
+    surface = scene.ray_intersect(mi.Ray3f(mi.Point3f(*map(float, origin)), ways))
+    return tuple(np.asarray(v).T.reshape(size[1], size[0], 3) for v in (surface.p, surface.sh_frame.n))

@@ -2,7 +2,7 @@
 .PHONY: demo test lint gallery clean
 
 demo:
-	@scripts/setup.sh test,dev
+	@scripts/setup.sh
 	@.venv/bin/python -m sdfprt demo -o out/demo
 
 test:

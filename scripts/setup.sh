@@ -27,8 +27,10 @@ fi
 
 # The environment is made anew only when what it depends on has changed
 stamp=.venv/.sdfprt-setup
-want="$torch [$extras] $(cksum <pyproject.toml) $(cksum <scripts/setup.sh)"
-if [ "$(cat "$stamp" 2>/dev/null)" != "$want" ]; then
+state="$torch $(cksum <pyproject.toml) $(cksum <scripts/setup.sh)"
+want="$state [$extras]"
+have=$(cat "$stamp" 2>/dev/null || true)
+if [ "$have" != "$want" ] && ! { [ -z "$extras" ] && [[ $have == "$state ["* ]]; }; then
     [ -x .venv/bin/python ] || "$python" -m venv .venv
     echo "setup: installing into .venv (a few minutes the first time)"
     .venv/bin/pip install -q --disable-pip-version-check "$torch"

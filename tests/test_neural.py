@@ -8,6 +8,7 @@ import pytest
 import trimesh
 
 from sdfprt import fidelity, mesh
+from sdfprt.asset import find_asset
 from sdfprt.errors import SdfprtError
 from sdfprt.inspect import check
 from sdfprt.neural.fit import fit_mesh, fit_net
@@ -52,3 +53,11 @@ def test_a_saved_scene_is_the_same_scene(fitted: Scene, tmp_path: Path) -> None:
 def test_sizes_that_are_no_network_are_an_error() -> None:
     with pytest.raises(SdfprtError, match="width 0"):
         fit_net(torus(), width=0)
+
+
+def test_the_bunny_of_the_library_is_sound_and_has_weights() -> None:
+    bunny = Scene.load("neural_bunny")
+    assert not check(bunny).problems
+    assert all(find_asset(bunny, width) is not None for width in (64, 128))
+    folder = bunny.folder
+    assert folder is not None and sum(f.stat().st_size for f in folder.iterdir()) < 200_000

@@ -213,17 +213,17 @@ struct Random : Simd {
     const float* way = directions.data + 3 * item;
     const F ex = Simd::splat(numbers.data[9]), ey = Simd::splat(numbers.data[10]), ez = Simd::splat(numbers.data[11]);
     const F vx = Simd::splat(way[0]), vy = Simd::splat(way[1]), vz = Simd::splat(way[2]);
-    const F start = stage.enter(ex, ey, ez, vx, vy, vz);
-    const M met = Simd::lt(start, Simd::splat(1e29f));
+    const F entry = stage.enter(ex, ey, ez, vx, vy, vz);
+    const M met = Simd::lt(entry, Simd::splat(1e29f));
     const F near = Simd::splat(stage.epsilon);
-    const F ahead = stage.march(ex + start * vx, ey + start * vy, ez + start * vz, vx, vy, vz, zero, near, met);
+    const F ahead = stage.march(ex + entry * vx, ey + entry * vy, ez + entry * vz, vx, vy, vz, zero, near, met);
     const M seen = met & Simd::le(zero, ahead);
     alpha.data[item] = Simd::any(seen) ? 1.0f : 0.0f;
     if (Simd::any(seen)) {
-        F t = start + ahead;
+        F t = entry + ahead;
         // Backwards where a field that overestimates let the ray into the solid; a cut face keeps the place of entry
         for (int k = 0; k < 5; k++)
-            t = Simd::max(t + Scene::distance(ex + t * vx, ey + t * vy, ez + t * vz, seen) * stage.step, start);
+            t = Simd::max(t + Scene::distance(ex + t * vx, ey + t * vy, ez + t * vz, seen) * stage.step, entry);
         const F hx = ex + t * vx, hy = ey + t * vy, hz = ez + t * vz;
         F gx, gy, gz;
         stage.normal(hx, hy, hz, seen, gx, gy, gz);
@@ -233,7 +233,7 @@ struct Random : Simd {
         const Balls balls(stage, Simd::lane(hx, 0) + lift * qx, Simd::lane(hy, 0) + lift * qy, Simd::lane(hz, 0) + lift * qz, qx, qy, qz, lift);
 
         Random random;
-        random.state = Random::hash((unsigned)item) ^ Random::hash((unsigned)seed * 0x85ebca6bu + 1u);
+        random.state = Random::hash((unsigned)(start + item)) ^ Random::hash((unsigned)seed * 0x85ebca6bu + 1u);
         float sum[3] = {0, 0, 0}, square[3] = {0, 0, 0};
         for (int packet = 0; packet < packets; packet++) {
             F x = hx, y = hy, z = hz, nx = gx, ny = gy, nz = gz, ox = -vx, oy = -vy, oz = -vz;

@@ -333,20 +333,42 @@ def reference(
     samples: Samples = settings.Render.samples,
     spp: Annotated[int, typer.Option(min=1, help="Light paths a pixel.")] = settings.Reference.spp,
     bounces: Annotated[int, typer.Option(min=0, help="Interreflections; 0 is direct light.")] = settings.Reference.bounces,
+    error: Annotated[Path | None, typer.Option(metavar="OUT.exr", help="Write each pixel's standard error.")] = None,
+    checkpoint: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Keep the passes here, to go on to more spp; default: until it is done.")
+    ] = None,
     exposure: Annotated[float, typer.Option(help="PNG only.")] = settings.Render.exposure,
+    background: Annotated[Switch, typer.Option(help="Show the light behind the scene.")] = Switch.auto,
     seed: int = 0,
 ) -> None:
-    """Ground truth by path tracing the SDF itself: no SH, no network."""
+    """Ground truth by path tracing the SDF itself: no SH, no network. A call that was stopped goes on where it was."""
     from sdfprt.image import write
     from sdfprt.reference import reference_image
 
     is_png = _picture(output).suffix.lower() == ".png"
+    if error is not None:
+        _picture(error, (".exr",))
+    if checkpoint is not None and not checkpoint.absolute().parent.is_dir():
+        raise SdfprtError(f"{checkpoint}: the folder {checkpoint.parent} does not exist")
     pixels = _size(size)
     loaded, environment, lobe, camera = _setup(scene, light, yaw, material, albedo, specular, eye, target, fov)
     result = reference_image(
-        loaded, environment, lobe, camera=camera, size=pixels, samples=samples, spp=spp, bounces=bounces, seed=seed
+        loaded,
+        environment,
+        lobe,
+        camera=camera,
+        size=pixels,
+        samples=samples,
+        spp=spp,
+        bounces=bounces,
+        seed=seed,
+        checkpoint=checkpoint or output.with_name(output.name + ".passes"),
+        keep=checkpoint is not None,
+        background=background is Switch.on or (background is Switch.auto and is_png),
     )
     write(output, result.rgb, alpha=None if is_png else result.alpha, exposure=exposure)
+    if error is not None:
+        write(error, result.standard_error)
     print(f"sdfprt: standard error {result.standard_error.mean():.3g} on average", file=sys.stderr)
     print(output)
 
@@ -501,18 +523,34 @@ def grid_fit(
 def compare(
     a: Path,
     b: Path,
-    heatmap: Annotated[Path | None, typer.Option(metavar="PNG", help="Write the FLIP error map.")] = None,
+    heatmap: Annotated[Path | None, typer.Option(metavar="PNG", help="Write the FLIP error map; green: not finite.")] = None,
+    mask: Annotated[
+        str | None, typer.Option(metavar="alpha|PICTURE", help="Only where both are hit (alpha), or where PICTURE is not black.")
+    ] = None,
+    tone_mapped: Annotated[bool, typer.Option("--tone-mapped", help="After the tone curve and sRGB, as PNGs show it.")] = False,
 ) -> None:
-    """Compare two pictures; prints JSON: mae, psnr, ssim, flip."""
+    """Compare two pictures, A with the reference B; prints JSON: mae, psnr, ssim, flip, and nan, the pixels left out."""
     from sdfprt import metrics
     from sdfprt.image import read
 
     if heatmap is not None:
         _picture(heatmap, (".png",))
     first, second = read(a), read(b)
-    print(json.dumps(metrics.compare(first.rgb, second.rgb), indent=2))
+    raw = (".exr", ".hdr", ".pic")
+    if (a.suffix.lower() in raw) != (b.suffix.lower() in raw):
+        raise SdfprtError(
+            f"compare: {a.name} and {b.name}: one is radiance, the other a picture for the eye; compare like with like"
+        )
+    use = None
+    if mask == "alpha":
+        if first.alpha is None or second.alpha is None:
+            raise SdfprtError(f"compare: --mask alpha: {a.name if first.alpha is None else b.name} has no alpha")
+        use = (first.alpha > 0) & (second.alpha > 0)
+    elif mask is not None:
+        use = (read(Path(mask)).rgb > 0).any(axis=2)
+    print(json.dumps(metrics.compare(first.rgb, second.rgb, mask=use, tone_mapped=tone_mapped), indent=2))
     if heatmap is not None:
-        metrics.write_heatmap(heatmap, first.rgb, second.rgb)
+        metrics.write_heatmap(heatmap, first.rgb, second.rgb, use)
 
 
 @app.command()

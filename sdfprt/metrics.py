@@ -16,8 +16,8 @@ def _check(a: ndarray, b: ndarray, mask: ndarray | None) -> tuple[ndarray, ndarr
         raise SdfprtError(f"compare: shapes {a.shape} and {b.shape}; both must be the same (H, W, 3)")
     if a.dtype.kind not in "f" or b.dtype.kind not in "f":
         raise SdfprtError(f"compare: types {a.dtype} and {b.dtype}; both must be floating point")
-    if mask is not None and mask.shape != a.shape[:2]:
-        raise SdfprtError(f"compare: a mask of shape {mask.shape} for pictures of {a.shape[:2]}")
+    if mask is not None and (mask.shape != a.shape[:2] or mask.dtype != bool):
+        raise SdfprtError(f"compare: a mask of shape {mask.shape}, {mask.dtype}, for pictures of {a.shape[:2]}; it must be bool")
     return a.astype(np.float64), b.astype(np.float64)
 
 
@@ -72,12 +72,19 @@ def flip_map(a: ndarray, b: ndarray) -> Float[ndarray, "h w"]:
     return np.asarray(error).reshape(a.shape[:2])
 
 
-def write_heatmap(path: str | Path, a: Float[ndarray, "h w 3"], b: Float[ndarray, "h w 3"]) -> None:
-    """FLIP of the tone-mapped pictures as a PNG in the magma colours."""
+def write_heatmap(
+    path: str | Path, a: Float[ndarray, "h w 3"], b: Float[ndarray, "h w 3"], mask: Bool[ndarray, "h w"] | None = None
+) -> None:
+    """FLIP of the tone-mapped pictures as a PNG in the magma colours; green where a value is not finite, black outside the mask."""
     import imageio.v3 as iio
     from matplotlib import colormaps
 
-    x, y = _check(a, b, None)
-    error = flip_map(image.tone_map(x), image.tone_map(y))
+    x, y = _check(a, b, mask)
+    finite = np.asarray(np.isfinite(x).all(axis=2) & np.isfinite(y).all(axis=2))
+    error = flip_map(*(image.tone_map(np.where(finite[..., None], v, 0.0)) for v in (x, y)))
+    shown = colormaps["magma"](np.clip(error, 0, 1))[..., :3]
+    shown[~finite] = (0, 1, 0)
+    if mask is not None:
+        shown[~mask] = 0
     with image.atomic_write(path) as temporary:
-        iio.imwrite(temporary, (colormaps["magma"](np.clip(error, 0, 1))[..., :3] * 255).astype(np.uint8), extension=".png")
+        iio.imwrite(temporary, (shown * 255).astype(np.uint8), extension=".png")

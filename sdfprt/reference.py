@@ -1,10 +1,12 @@
 """Ground truth: path tracing of the SDF itself; same light, lobes and camera as `render`, no SH and no network.
 
-A pass gives every ray of the camera some packets of 16 stratified paths. Packets are independent, so that their
-spread gives each pixel's standard error. Passes add up, may be stopped and resumed, and depend on the seed alone.
+A pass gives every ray of the camera some packets of 16 stratified paths, tile by tile. Packets are independent, so that their
+spread gives each pixel's standard error. Passes add up, may be stopped after any tile and resumed, and depend on the seed alone.
 """
 
 import hashlib
+import time
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +24,8 @@ from sdfprt.progress import track
 from sdfprt.scene import NORMAL_STEP, Scene
 
 PASS = 8  # packets a pass
+TILE = 1 << 14  # rays of a tile
+SAVE = 5.0  # seconds between two checkpoints, at least
 EPSILON = 2e-5  # of the diagonal: finer than the fast tracer's, as befits a yardstick
 
 
@@ -61,64 +65,84 @@ def reference_image(
     samples: int = settings.Render.samples,
     seed: int = 0,
     checkpoint: Path | None = None,
+    keep: bool = True,
+    background: bool = False,
 ) -> Result:
     """Path traced picture with its error; `spp` paths a pixel, rounded up to packets of 16 for each of samples**2 rays.
 
-    bounces 0 is direct light, what transfer models. With `checkpoint` the sums are kept in that file after each
-    pass, and a later call with the same arguments goes on from there (or on to a higher spp).
-    Raises SdfprtError for spp or bounces out of range, and for a checkpoint of another picture.
+    bounces 0 is direct light, what transfer models. With `checkpoint` the sums are kept in that file, and a later call with the
+    same arguments goes on from there (or on to a higher spp); without `keep` a file of another picture is begun anew, and the
+    file goes when the picture is done. `background` shows the light where nothing is hit.
+    Raises SdfprtError for spp or bounces out of range, for a checkpoint of another picture, and for one that is damaged.
     """
     if spp < 1 or bounces < 0:
         raise SdfprtError(f"reference: spp {spp} must be at least 1 and bounces {bounces} at least 0")
     material, camera = material or scene.material, camera or scene.camera
     origin, directions = camera.rays(size, samples)
+    directions = directions.reshape(-1, 3)
     packets = max(2, -(-spp // (native.LANES * samples**2)))
-    tracer = _Tracer(scene, light, material, origin, directions.reshape(-1, 3), bounces)
+    tracer = _Tracer(scene, light, material, origin, bounces)
     key = _key(scene, light, material, camera, size, samples, bounces, seed)
-    sums = _load(checkpoint, key, len(tracer))
-    with track("reference", packets) as advance:
-        advance(sums.packets)
-        while sums.packets < packets:
-            count = min(PASS - sums.packets % PASS, packets - sums.packets)
-            sums.add(*tracer.run(count, seed=seed * 1_000_003 + sums.packets), count)
-            _save(checkpoint, key, sums)
-            advance(count)
-    mean, variance = sums.moments()
+    tiles = [slice(first, first + TILE) for first in range(0, len(directions), TILE)]
+    sums = _load(checkpoint, key, len(directions), len(tiles), keep)
+    saved = time.monotonic()
+    with track("reference", packets * len(tiles)) as advance:
+        advance(int(np.minimum(sums.packets, packets).sum()))
+        while (done := int(sums.packets.min())) < packets:
+            # The tiles that are behind, up to the end of this pass
+            count = min(PASS - done % PASS, packets - done)
+            for number in np.flatnonzero(sums.packets == done).tolist():
+                tile = tiles[number]
+                sums.add(number, tile, *tracer.run(directions[tile], tile.start, count, seed * 1_000_003 + done), count)
+                advance(count)
+                if time.monotonic() - saved > SAVE:
+                    _save(checkpoint, key, sums)
+                    saved = time.monotonic()
+    if checkpoint is not None and keep:
+        _save(checkpoint, key, sums)
+    elif checkpoint is not None:
+        checkpoint.unlink(missing_ok=True)
+    mean, variance = sums.moments(tiles)
+    if background:
+        mean = np.where(sums.alpha[:, None] > 0, mean, light.radiance(directions))
     cells = (size[1], samples, size[0], samples)
     return Result(
         mean.reshape(*cells, 3).mean(axis=(1, 3)).astype(np.float32),
         sums.alpha.reshape(cells).mean(axis=(1, 3)).astype(np.float32),
         (np.sqrt(variance.reshape(*cells, 3).mean(axis=(1, 3))) / samples).astype(np.float32),
-        sums.packets * native.LANES * samples**2,
+        int(sums.packets.min()) * native.LANES * samples**2,
     )
 
 
 @dataclass
 class _Sums:
-    """Sums over packets, double precision."""
+    """Sums over packets, one row a ray, double precision; `packets` counts them, one number a tile."""
 
     total: ndarray
     squares: ndarray
     alpha: ndarray
-    packets: int = 0
+    packets: ndarray
 
-    def add(self, total: ndarray, squares: ndarray, alpha: ndarray, count: int) -> None:
-        self.total += total
-        self.squares += squares
-        self.alpha = alpha
-        self.packets += count
+    def add(self, number: int, tile: slice, total: ndarray, squares: ndarray, alpha: ndarray, count: int) -> None:
+        self.total[tile] += total
+        self.squares[tile] += squares
+        self.alpha[tile] = alpha
+        self.packets[number] += count
 
-    def moments(self) -> tuple[ndarray, ndarray]:
+    def moments(self, tiles: list[slice]) -> tuple[ndarray, ndarray]:
         """Mean a ray, and the variance of that mean."""
-        mean = self.total / self.packets
-        spread = np.maximum(self.squares / self.packets - mean**2, 0)
-        return mean, spread / max(self.packets - 1, 1)
+        count = np.zeros((len(self.alpha), 1))
+        for tile, packets in zip(tiles, self.packets, strict=True):
+            count[tile] = packets
+        mean = self.total / count
+        spread = np.maximum(self.squares / count - mean**2, 0)
+        return mean, spread / np.maximum(count - 1, 1)
 
 
 class _Tracer:
     """The kernel of one scene with its constant arguments on the device."""
 
-    def __init__(self, scene: Scene, light: Light, material: Material, origin: ndarray, directions: ndarray, bounces: int) -> None:
+    def __init__(self, scene: Scene, light: Light, material: Material, origin: ndarray, bounces: int) -> None:
         height, width = light.pixels.shape[:2]
         rows, columns = light.distribution
         in_row = np.diff(columns, axis=1, prepend=0)
@@ -132,22 +156,20 @@ class _Tracer:
             *_colours(material),
             *np.ravel(light.rotation),
         ]
-        self.count = len(directions)
-        self.constant = [_array(v) for v in (directions, numbers, light.pixels, density, rows, columns)]
+        self.constant = [_array(v) for v in (numbers, light.pixels, density, rows, columns)]
         self.shape = [height, width, bounces]
         names = ("directions", "numbers", "pixels", "density", "rows", "columns")
         kinds = {name: wp.array(dtype=float) for name in names}
-        kinds |= {name: int for name in ("height", "width", "bounces", "packets", "seed")}
+        kinds |= {name: int for name in ("height", "width", "bounces", "start", "packets", "seed")}
         kinds |= {name: wp.array(dtype=float) for name in ("total", "squares", "alpha")}
         self.kernel = native.build(_surface(scene, material), ("reference.h",), kinds)
 
-    def __len__(self) -> int:
-        return self.count
-
-    def run(self, packets: int, seed: int) -> tuple[ndarray, ndarray, ndarray]:
-        """Sums of packet means and of their squares (N, 3), and hits (N,)."""
-        out = [wp.zeros(self.count * channels, dtype=float, device="cpu") for channels in (3, 3, 1)]
-        native.launch(self.kernel, self.count, [*self.constant, *self.shape, packets, seed % 2**31, *out])
+    def run(self, directions: ndarray, start: int, packets: int, seed: int) -> tuple[ndarray, ndarray, ndarray]:
+        """Sums of packet means and of their squares (N, 3), and hits (N,), of N rays whose first has the number `start`."""
+        count = len(directions)
+        out = [wp.zeros(count * channels, dtype=float, device="cpu") for channels in (3, 3, 1)]
+        arguments = [_array(directions), *self.constant, *self.shape, start, packets, seed % 2**31, *out]
+        native.launch(self.kernel, count, arguments)
         total, squares, alpha = (array.numpy().astype(np.float64) for array in out)
         return total.reshape(-1, 3), squares.reshape(-1, 3), alpha
 
@@ -186,13 +208,22 @@ def _key(scene: Scene, light: Light, *rest) -> str:
     return digest.hexdigest()
 
 
-def _load(checkpoint: Path | None, key: str, count: int) -> _Sums:
+def _load(checkpoint: Path | None, key: str, rays: int, tiles: int, keep: bool) -> _Sums:
+    new = _Sums(np.zeros((rays, 3)), np.zeros((rays, 3)), np.zeros(rays), np.zeros(tiles, int))
     if checkpoint is None or not checkpoint.exists():
-        return _Sums(np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count))
-    with np.load(checkpoint) as kept:
-        if str(kept["key"]) != key:
-            raise SdfprtError(f"{checkpoint}: holds the passes of another picture; delete it or name another file")
-        return _Sums(kept["total"], kept["squares"], kept["alpha"], int(kept["packets"]))
+        return new
+    try:
+        # Opened here: numpy leaves a damaged file open
+        with open(checkpoint, "rb") as file, np.load(file) as kept:
+            if str(kept["key"]) == key:
+                return _Sums(*(kept[name] for name in ("total", "squares", "alpha", "packets")))
+    except (OSError, ValueError, KeyError, EOFError, TypeError, zipfile.BadZipFile):
+        if keep:
+            raise SdfprtError(f"{checkpoint}: not a checkpoint of `reference`, or cut short; name another file") from None
+        return new
+    if keep:
+        raise SdfprtError(f"{checkpoint}: holds the passes of another picture; delete it or name another file")
+    return new
 
 
 def _save(checkpoint: Path | None, key: str, sums: _Sums) -> None:

@@ -62,7 +62,9 @@ def _slab(scene: Scene, origin: ndarray, spacing: ndarray, shape: ndarray, first
     d = scene.distance(places) * scene.step
     if np.isnan(d).any():
         at = tuple(round(float(x), 3) for x in places[np.isnan(d).argmax()])
-        raise SdfprtError(f"{scene.file}: the SDF is NaN at {at}, or a loop in it does not end there; `sdfprt check` counts how often")
+        raise SdfprtError(
+            f"{scene.file}: the SDF is NaN at {at}, or a loop in it does not end there; `sdfprt check` counts how often"
+        )
     reach = 0.5 * _BRICK * float(np.linalg.norm(spacing)) * 1.05
     # Far bricks are filled with their centre's value; near ones are evaluated point by point
     grid = np.repeat(np.repeat(d.reshape(bricks), _BRICK, 0), _BRICK, 1)

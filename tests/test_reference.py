@@ -1,18 +1,23 @@
 """The reference renderer against closed forms, quadrature and conservation of energy."""
 
+import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
-from sdfprt import sphere, trace
+from sdfprt import image, sphere, trace
 from sdfprt.camera import Camera
+from sdfprt.cli import app
 from sdfprt.errors import SdfprtError
 from sdfprt.light import Light
 from sdfprt.material import Diffuse, DiffusePhong, Material, Phong
 from sdfprt.reference import Result, reference, reference_image
 from sdfprt.scene import Scene
 
+module = sys.modules["sdfprt.reference"]  # the package shows its function under this name
 BALL = Scene(glsl="float sdf(vec3 p) { return length(p) - 0.7; }")
 HALL = Scene(glsl="float sdf(vec3 p) { return min(length(p - vec3(0.0, 0.2, 0.0)) - 0.4, p.y + 0.8); }")
 WHITE = Light(np.ones((8, 16, 3), np.float32))
@@ -113,6 +118,77 @@ def test_stopped_and_resumed_is_the_same_picture(tmp_path: Path):
     assert np.array_equal(resumed.rgb, whole.rgb)
     with pytest.raises(SdfprtError, match="another picture"):
         reference_image(HALL, SKY, Phong(), size=SIZE, spp=512, checkpoint=kept)
+
+
+def test_killed_after_any_tile_it_goes_on_to_the_same_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(module, "TILE", 100)  # 6 tiles
+    monkeypatch.setattr(module, "SAVE", 0.0)
+    whole = reference_image(HALL, SKY, Diffuse(), size=SIZE, spp=256)
+    kept, traced = tmp_path / "out.exr.passes", 0
+    run = module._Tracer.run
+
+    def killed(*arguments):
+        nonlocal traced
+        traced += 1
+        if traced % 5 == 0:
+            raise KeyboardInterrupt
+        return run(*arguments)
+
+    monkeypatch.setattr(module._Tracer, "run", killed)
+    for _ in range(2):
+        with pytest.raises(KeyboardInterrupt):
+            reference_image(HALL, SKY, Diffuse(), size=SIZE, spp=256, checkpoint=kept, keep=False)
+    resumed = reference_image(HALL, SKY, Diffuse(), size=SIZE, spp=256, checkpoint=kept, keep=False)
+    assert traced == 12 + 2  # two passes of six tiles, two of them twice
+    assert np.array_equal(resumed.rgb, whole.rgb)
+    assert np.array_equal(resumed.standard_error, whole.standard_error)
+    assert not kept.exists()
+
+
+def test_a_damaged_checkpoint_is_an_error_or_begun_anew(tmp_path: Path):
+    kept = tmp_path / "passes.npz"
+    kept.write_bytes(b"PK\x03\x04 cut short")
+    with pytest.raises(SdfprtError, match="cut short"):
+        reference_image(BALL, WHITE, Diffuse(), size=SIZE, spp=32, checkpoint=kept)
+    reference_image(BALL, WHITE, Diffuse(), size=SIZE, spp=32, checkpoint=kept, keep=False)
+
+
+def test_the_background_is_the_light_where_nothing_is_hit():
+    plain = reference_image(BALL, SKY, Diffuse(), size=SIZE, spp=32, samples=2)
+    shown = reference_image(BALL, SKY, Diffuse(), size=SIZE, spp=32, samples=2, background=True)
+    _, directions = BALL.camera.rays(SIZE, 2)
+    behind = SKY.radiance(directions.reshape(-1, 3)).reshape(24, 2, 24, 2, 3).mean(axis=(1, 3))
+    empty = plain.alpha == 0
+    np.testing.assert_allclose(shown.rgb[empty], behind[empty], rtol=0, atol=1e-5)
+    assert np.array_equal(shown.rgb[plain.alpha == 1], plain.rgb[plain.alpha == 1])
+    assert np.array_equal(shown.alpha, plain.alpha)
+
+
+def test_every_flag_of_the_command_reaches_the_picture(tmp_path: Path):
+    scene = tmp_path / "ball.glsl"
+    scene.write_text(BALL.glsl)
+    out, error, kept = (tmp_path / name for name in ("out.exr", "error.exr", "kept"))
+    flags = "--light studio --yaw 30 --material diffuse+phong:8 --albedo .9,.5,.1 --specular .1,.2,.3 --eye 0,1,3 --target 0,.1,0"
+    flags += f" --fov 50 --size 20x16 --samples 2 --spp 64 --bounces 1 --seed 3 --error {error} --checkpoint {kept} -o {out}"
+    result = CliRunner().invoke(app, ["reference", str(scene), *flags.split()])
+    assert result.exit_code == 0, result.output
+    loaded = Scene.load(scene)
+    expected = reference_image(
+        loaded,
+        Light.load("studio").rotated(yaw=30),
+        DiffusePhong((0.9, 0.5, 0.1), 8.0, (0.1, 0.2, 0.3)),
+        replace(loaded.camera, eye=(0.0, 1.0, 3.0), target=(0.0, 0.1, 0.0), fov=50.0),
+        (20, 16),
+        spp=64,
+        bounces=1,
+        samples=2,
+        seed=3,
+    )
+    picture = image.read(out)
+    assert np.array_equal(picture.rgb, expected.rgb)
+    assert np.array_equal(picture.alpha, expected.alpha)
+    assert np.array_equal(image.read(error).rgb, expected.standard_error)
+    assert kept.is_file()
 
 
 def test_turning_light_and_camera_together_changes_nothing():

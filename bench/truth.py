@@ -4,7 +4,8 @@ Diffuse under band-limited light: exact transfer 50 dB, network 40 (k=64) and 43
 direct 40 dB diffuse and 34 dB Phong 16, one bounce 40 dB. The worst 2 % of pixels (creases, silhouettes) are left out.
 Colours of the scenes' own are left out, since vertices would blur their edges. The z-test divides the difference by both
 renderers' errors, on the pixels where mesh and SDF are the same surface to 1e-4 of the diagonal and half a degree, for Phong half
-a degree over the exponent (`same_surface` is their share): where it is noise alone the median of |z| is 0.67, and 0.3 to 0.5 % lie beyond 3 (both errors are estimates).
+a degree over the exponent (`same_surface` is their share): where it is noise alone the median of |z| is 0.67, and 0.3 to 0.5 %
+lie beyond 3 (both errors are estimates). Shadows of edges that the mesh cuts off remain.
 """
 
 import argparse

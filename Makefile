@@ -13,5 +13,9 @@ lint:
 	@scripts/setup.sh test,dev
 	@.venv/bin/ruff check . && .venv/bin/ruff format --check . && .venv/bin/pyright
 
+gallery:
+	@scripts/setup.sh
+	@.venv/bin/python scripts/gallery.py
+
 clean:
 	rm -rf out .pytest_cache .ruff_cache

@@ -563,7 +563,7 @@ def demo(
     print(f"contact sheet: {run(output)}")
 
 
-@app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
+@app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []})
 def bench(
     context: typer.Context,
     name: Annotated[str | None, typer.Argument(help="Which benchmark; without a name they are listed.")] = None,
@@ -575,7 +575,7 @@ def bench(
     from sdfprt.resources import folder
 
     scripts = {path.stem: path for path in sorted(folder("bench").glob("*.py"))}
-    if name is None:
+    if name is None or name.startswith("-"):  # --help after a name is the benchmark's
         for stem, path in scripts.items():
             caption = ast.get_docstring(ast.parse(path.read_text())) or ""
             print(f"{stem:14} {caption.splitlines()[0] if caption else ''}")

@@ -178,8 +178,6 @@ def es_source(scene: Scene) -> str:
 
     Raises GlslError with the scene's lines for what ES cannot do at all.
     """
-    if scene.textures:
-        raise SdfprtError(f"{scene.file}: reads textures, which an export does not hold; `sdfprt neural-fit` makes GLSL alone")
     wanted = [("sdfprt_distance", "float", "vec3 p")]
     wanted += [("albedo", "vec3", "vec3 p, vec3 n")] if scene.has_albedo else []
     wanted += [("exponent", "float", "vec3 p, vec3 n")] if scene.has_exponent else []

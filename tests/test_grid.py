@@ -12,7 +12,6 @@ from scipy.ndimage import map_coordinates
 
 from sdfprt import fidelity, grid, mesh, native
 from sdfprt.errors import SdfprtError
-from sdfprt.export import export_html
 from sdfprt.inspect import check
 from sdfprt.light import Light
 from sdfprt.neural.fit import fit_net
@@ -129,11 +128,6 @@ def test_grids_render_as_other_scenes_do(ball: Scene) -> None:
     assert np.abs(glsl.rgb - warp.rgb)[(glsl.alpha > 0) & (warp.alpha > 0)].max() < 1e-3 and glsl.alpha.mean() > 0.1
     truth = reference(ball, Light(np.ones((4, 8, 3), np.float32)), size=(16, 16), spp=16)
     assert truth.max() == pytest.approx(0.5, abs=0.05)  # furnace: a convex body of albedo 0.5
-
-
-def test_an_export_of_a_grid_says_that_it_cannot(ball: Scene) -> None:
-    with pytest.raises(SdfprtError, match="reads textures"):
-        export_html(ball, random_net(width=16), Light.load("studio"))
 
 
 def test_a_sheet_encloses_nothing_and_is_named() -> None:

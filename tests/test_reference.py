@@ -186,6 +186,7 @@ def test_every_flag_of_the_command_reaches_the_picture(tmp_path: Path):
     )
     picture = image.read(out)
     assert np.array_equal(picture.rgb, expected.rgb)
+    assert picture.alpha is not None
     assert np.array_equal(picture.alpha, expected.alpha)
     assert np.array_equal(image.read(error).rgb, expected.standard_error)
     assert kept.is_file()

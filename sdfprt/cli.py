@@ -25,8 +25,10 @@ app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_
 class Backend(StrEnum):
     """Where the network is evaluated."""
 
-    glsl = "glsl"
-    torch = "torch"
+    glsl = "glsl"  # in the shader
+    torch = "torch"  # outside it, on what OpenGL traced
+    warp = "warp"  # the same without OpenGL
+    auto = "auto"  # the cheapest for the network's size
 
 
 class Switch(StrEnum):
@@ -236,7 +238,7 @@ def render(
     exposure: Annotated[float, typer.Option(help="PNG only.")] = settings.Render.exposure,
     dering: Annotated[Switch, typer.Option(help="Window the light's SH until it is nowhere negative.")] = Switch.auto,
     background: Annotated[Switch, typer.Option(help="Show the light behind the scene.")] = Switch.auto,
-    backend: Annotated[Backend, typer.Option(help="Where the network runs.")] = Backend.glsl,
+    backend: Annotated[Backend, typer.Option(help="auto: by measured cost; warp needs no OpenGL.")] = Backend.glsl,
     width: Width = settings.Network.width,
 ) -> None:
     """Render with learnt transfer; bakes first where no asset exists."""
@@ -248,10 +250,8 @@ def render(
     pixels = _size(size)
     loaded, environment, lobe, camera = _setup(scene, light, yaw, material, albedo, specular, eye, target, fov)
     baked = Asset.load(asset, scene=loaded) if asset else run_bake(loaded, width=width)
-    if backend is Backend.torch:
-        from sdfprt.torch_render import frame
-    else:
-        from sdfprt.render import frame
+    from sdfprt.backends import frame
+
     picture = frame(
         loaded,
         baked,
@@ -262,6 +262,7 @@ def render(
         samples=samples,
         dering=dering is Switch.on or (dering is Switch.auto and is_png),
         background=background is Switch.on or (background is Switch.auto and is_png),
+        backend=backend.value,
     )
     if picture.dering > 0:
         print(f"sdfprt: light windowed against ringing, strength {picture.dering:.3g}", file=sys.stderr)

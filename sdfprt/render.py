@@ -63,7 +63,7 @@ def context() -> moderngl.Context:
         except Exception:
             raise SdfprtError(
                 f"no OpenGL 4.3 on this machine ({egl}). On Debian: apt-get install libegl1 libgl1-mesa-dri; "
-                "without OpenGL use --backend torch"
+                "without OpenGL use --backend warp"
             ) from None
 
 

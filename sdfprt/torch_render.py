@@ -1,44 +1,102 @@
-"""The renderer without OpenGL: Warp traces the G-buffer, hit pixels are packed, the network runs as torch matrix products.
+"""The network outside the shader: hit pixels are packed, run through torch as matrix products, unpacked and shaded.
 
-The paper's second implementation (learnt transfer, Sec. 4.3.2), on CUDA where torch has it, else on the CPU in batches that stay
-in cache. Shading is sdfprt.shading, the same as everywhere.
+The paper's second implementation (learnt transfer, Sec. 4.3.2), on CUDA where torch has it, else on the CPU in batches that
+stay in cache. What a camera sees comes from the OpenGL surface pass (`torch`) or from Warp, without OpenGL (`warp`).
+Shading is sdfprt.shading, the same as everywhere.
 """
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import torch
+from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from sdfprt import settings, shading
 from sdfprt.asset import Asset
 from sdfprt.camera import Camera
+from sdfprt.errors import SdfprtError
 from sdfprt.exact import colours
+from sdfprt.interop import planes
 from sdfprt.light import Light
 from sdfprt.material import Material
-from sdfprt.network import SLOPE, TransferNet, encode
-from sdfprt.render import Frame, network_of
+from sdfprt.network import SLOPE, TransferNet
+from sdfprt.render import Frame, network_of, tiles, trace_tile
 from sdfprt.scene import Scene
 from sdfprt.trace import gbuffer
 
-_BATCH = 4096
+_CACHE = 2**20  # bytes of one layer's values, on a CPU
+_ROWS = 2**16  # points at once, on a GPU
 
 
-def predict(net: TransferNet, points: ndarray, normals: ndarray) -> ndarray:
-    """Transfer (N, bands**2) by torch, in batches, on CUDA where there is one."""
-    device = "cuda" if torch.cuda.is_available() else "cpu"
-    layers = [(torch.from_numpy(w).to(device), torch.from_numpy(b).to(device)) for w, b in net.weights]
-    scale = torch.from_numpy(net.scale).to(device)
-    out = np.empty((len(points), len(net.scale)), np.float32)
-    with torch.no_grad():
-        for first in range(0, len(points), _BATCH):
-            part = slice(first, first + _BATCH)
-            x = ((points[part] - np.asarray(net.center)) / net.extent).astype(np.float32)
-            features = encode(x, normals[part], net.position_frequencies, net.normal_frequencies)
-            h = torch.from_numpy(features).to(device)
-            for w, b in layers[:-1]:
-                h = torch.nn.functional.leaky_relu(torch.addmm(b, h, w.T), SLOPE)
-            w, b = layers[-1]
-            out[part] = (scale * torch.tanh(torch.addmm(b, h, w.T))).cpu().numpy()
-    return out
+@dataclass(frozen=True)
+class Seen:
+    """Hit samples of one tile, packed: a row each; `mask` (H, W) tells which; colours where the scene gives them."""
+
+    tile: tuple[int, int, int, int]  # x, y, width, height in samples
+    mask: Bool[ndarray, "h w"]
+    points: torch.Tensor
+    normals: torch.Tensor
+    albedo: Float[ndarray, "n 3"] | None
+    exponent: Float[ndarray, "n"] | None
+
+
+def device() -> str:
+    return "cuda" if torch.cuda.is_available() else "cpu"
+
+
+def batch_of(net: TransferNet, where: str) -> int:
+    """Points that go through the network together."""
+    widest = max(max(w.shape) for w, _ in net.weights)
+    return _ROWS if where == "cuda" else max(_CACHE // (4 * widest), 64)
+
+
+@torch.no_grad()
+def predict(
+    net: TransferNet, points: ndarray | torch.Tensor, normals: ndarray | torch.Tensor, batch: int | None = None
+) -> Float[ndarray, "n k"]:
+    """Transfer at (N, 3) surface points with unit normals, as TransferNet.predict, by torch."""
+    where = device()
+    batch = batch or batch_of(net, where)
+    layers = [(torch.from_numpy(w.T.copy()).to(where), torch.from_numpy(b).to(where)) for w, b in net.weights]
+    scale, center = (torch.tensor(np.asarray(v, np.float32), device=where) for v in (net.scale, net.center))
+    all_points, all_normals = (torch.as_tensor(v, dtype=torch.float32, device=where) for v in (points, normals))
+    out = torch.empty((len(all_points), len(net.scale)), device=where)
+    octaves = ((net.position_frequencies, 0), (net.normal_frequencies, 1))
+    for first in range(0, len(out), batch):
+        part = slice(first, first + batch)
+        vectors = ((all_points[part] - center) / net.extent, all_normals[part])
+        angles = [2.0**k * np.pi * vectors[which] for count, which in octaves for k in range(count)]
+        h = torch.cat([*vectors, *(f(a) for a in angles for f in (torch.sin, torch.cos))], dim=1)
+        for w, b in layers[:-1]:
+            h = torch.nn.functional.leaky_relu_(torch.addmm(b, h, w), SLOPE)
+        w, b = layers[-1]
+        out[part] = scale * torch.tanh(torch.addmm(b, h, w))
+    return out.cpu().numpy()
+
+
+def _seen_by_opengl(scene: Scene, camera: Camera, size: tuple[int, int], samples: int) -> Iterator[Seen]:
+    """The first pass of sdfprt.render, tile after tile."""
+    for tile in tiles(size, samples):
+        target = trace_tile(scene, camera, tile, (size[0] * samples, size[1] * samples))
+        points, normals, colour = planes().planes(target.seen)
+        hit = points[..., 3] > 0.5
+        flat = colour[hit].cpu().numpy()
+        albedo, exponent = (flat[:, :3] if scene.has_albedo else None), (flat[:, 3] if scene.has_exponent else None)
+        yield Seen(tile, hit.cpu().numpy(), points[hit][:, :3], normals[hit][:, :3], albedo, exponent)
+
+
+def _seen_by_warp(scene: Scene, camera: Camera, size: tuple[int, int], samples: int) -> Iterator[Seen]:
+    """The Warp tracer, the whole picture at once."""
+    seen = gbuffer(scene, camera, size, samples)
+    points, normals = (torch.from_numpy(np.asarray(v, np.float32)) for v in (seen.points, seen.normals))
+    whole = (0, 0, size[0] * samples, size[1] * samples)
+    yield Seen(whole, seen.mask, points, normals, *colours(scene, seen.points, seen.normals))
+
+
+SURFACES = {"torch": _seen_by_opengl, "warp": _seen_by_warp}
 
 
 def frame(
@@ -51,31 +109,47 @@ def frame(
     samples: int = settings.Render.samples,
     dering: bool = False,
     background: bool = False,
+    backend: str = "torch",
 ) -> Frame:
-    """As sdfprt.render.frame, without OpenGL. Raises SdfprtError for an asset that was baked for another scene."""
+    """As sdfprt.render.frame; `backend` torch traces by OpenGL, warp needs none.
+
+    Raises SdfprtError for an asset that was baked for another scene, for torch without OpenGL, and where the picture is not finite.
+    """
     net = network_of(asset, scene)
     material, camera = material or scene.material, camera or scene.camera
-    seen = gbuffer(scene, camera, size, samples)
     coefficients, strength = light.sh_dered(net.bands) if dering else (light.sh(net.bands), 0.0)
-    albedo, exponent = colours(scene, seen.points, seen.normals)
-    pixels = np.zeros((*seen.mask.shape, 3))
-    pixels[seen.mask] = shading.shade(
-        predict(net, seen.points, seen.normals),
-        seen.normals,
-        -seen.directions,
-        coefficients,
-        material,
-        albedo=albedo,
-        exponent=exponent,
-    )
-    if background:
-        _, directions = camera.rays(size, samples)
-        pixels[~seen.mask] = light.radiance(directions[~seen.mask])
-    rgb, alpha = (_average(x, samples).astype(np.float32) for x in (pixels, seen.mask[..., None]))
-    return Frame(rgb, alpha[..., 0], strength)
+    picture = np.zeros((size[1], size[0], 4), np.float32)
+    for seen in SURFACES[backend](scene, camera, size, samples):
+        # Network and light on the packed samples
+        x, y, width, height = seen.tile
+        fine = np.zeros((height, width, 4))
+        normals = seen.normals.cpu().numpy()
+        outgoing = np.asarray(camera.eye) - seen.points.cpu().numpy()
+        outgoing /= np.linalg.norm(outgoing, axis=1, keepdims=True)
+        transfer = predict(net, seen.points, seen.normals)
+        look = {"albedo": seen.albedo, "exponent": seen.exponent}
+        fine[seen.mask, :3] = shading.shade(transfer, normals, outgoing, coefficients, material, **look)
+        fine[seen.mask, 3] = 1
+
+        # Unpacked, with the light behind it, averaged over each pixel's samples
+        if background:
+            _, directions = camera.rays(size, samples)
+            behind = ~seen.mask
+            fine[behind, :3] = light.radiance(directions[y : y + height, x : x + width][behind])
+        cells = fine.reshape(height // samples, samples, width // samples, samples, 4)
+        picture[y // samples : (y + height) // samples, x // samples : (x + width) // samples] = cells.mean(axis=(1, 3))
+    if bad := int((~np.isfinite(picture)).any(axis=2).sum()):
+        raise SdfprtError(f"{scene.file}: {bad} pixels are not finite; does the SDF or its albedo give NaN?")
+    return Frame(picture[..., :3], picture[..., 3], strength)
 
 
-def _average(pixels: ndarray, samples: int) -> ndarray:
-    """Mean over the n x n samples of each pixel."""
-    height, width = pixels.shape[0] // samples, pixels.shape[1] // samples
-    return pixels.reshape(height, samples, width, samples, -1).mean(axis=(1, 3))
+def random_net(width: int, layers: int, like: TransferNet | None = None, bands: int = settings.Transfer.bands) -> TransferNet:
+    """A network of that size that was never trained, for measuring speed."""
+    rng = np.random.default_rng(0)
+    position, normal = settings.Network.position_frequencies, settings.Network.normal_frequencies
+    if like is not None:
+        position, normal, bands = like.position_frequencies, like.normal_frequencies, like.bands
+    sizes = [6 + 6 * (position + normal)] + [width] * (layers - 1) + [bands**2]
+    weights = [(rng.normal(0, (2 / i) ** 0.5, (o, i)).astype(np.float32), np.zeros(o, np.float32)) for i, o in pairwise(sizes)]
+    weights[-1][1][0] += 1.0  # mostly positive transfer in the constant band
+    return TransferNet(weights, np.ones(bands**2, np.float32), (0.0, 0.0, 0.0), 1.0, position, normal, bands)

@@ -10,8 +10,8 @@ LAYERS = (
     {"glsl", "native", "field", "scene", "csg", "mesh", "grid", "neural", "shading"},
     {"trace", "surface", "transfer", "network", "fit"},
     {"asset", "cluster", "bake", "shader", "inspect", "fidelity"},
-    {"render", "torch_render", "reference", "exact"},
-    {"report", "render_set", "export", "view", "testing", "bench", "demo"},
+    {"render", "interop", "torch_render", "reference", "exact"},
+    {"backends", "report", "render_set", "export", "view", "testing", "bench", "demo"},
     {"cli", "__init__", "__main__"},
 )
 

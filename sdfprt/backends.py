@@ -1,0 +1,95 @@
+"""Which back end draws a picture: glsl, torch, warp, or auto, which takes the cheapest by measurement.
+
+A network's cost depends on its size alone, so `costs` measures each size once, on a ball that fills the picture, and keeps the
+result in the cache under the names of the OpenGL driver and torch's device. Without OpenGL there is warp only.
+"""
+
+import json
+import time
+from collections.abc import Callable
+from typing import Any
+
+import torch
+
+from sdfprt import torch_render
+from sdfprt.asset import Asset
+from sdfprt.camera import Camera
+from sdfprt.errors import SdfprtError
+from sdfprt.image import atomic_write
+from sdfprt.light import Light
+from sdfprt.material import Diffuse
+from sdfprt.network import TransferNet
+from sdfprt.render import Frame, context
+from sdfprt.render import frame as gl_frame
+from sdfprt.resources import cache_folder
+from sdfprt.scene import Scene
+
+NAMES = ("glsl", "torch", "warp")
+_SIDE = 96  # pixels of the picture that is timed
+_TURNS = 3
+_BALL = "float sdf(vec3 p) { return length(p) - 0.9; }"
+
+Costs = dict[str, float]
+
+
+def has_opengl() -> bool:
+    try:
+        context()
+    except SdfprtError:
+        return False
+    return True
+
+
+def size_of(net: TransferNet) -> tuple[int, ...]:
+    """Inputs, neurons of each layer and outputs: what a network's cost depends on."""
+    return (net.weights[0][0].shape[1], *(len(b) for _, b in net.weights))
+
+
+def measure(net: TransferNet) -> Costs:
+    """Seconds a picture of glsl and torch for a network, compiling left out; turns interleaved, the least of each."""
+    ball, light = Scene(glsl=_BALL), Light.load("studio")
+    camera = Camera(eye=(0.0, 0.0, 3.0), fov=20.0)
+    best = {"glsl": float("inf"), "torch": float("inf")}
+    for turn in range(1 + _TURNS):
+        for name in best:
+            start = time.perf_counter()
+            frame(ball, net, light, Diffuse(), camera, (_SIDE, _SIDE), backend=name)
+            if turn:
+                best[name] = min(best[name], time.perf_counter() - start)
+    return best
+
+
+def costs(net: TransferNet, measured: Callable[[TransferNet], Costs] = measure) -> Costs:
+    """As `measured` says, asked once for each size of network on this driver and kept in the cache."""
+    path = cache_folder() / "backends.json"
+    try:
+        known = json.loads(path.read_text())
+    except (OSError, ValueError):
+        known = {}
+    machine = [context().info["GL_RENDERER"], torch_render.device(), torch.__version__, str(torch.get_num_threads())]
+    key = " | ".join([*machine, "x".join(map(str, size_of(net)))])
+    if not (isinstance(known, dict) and isinstance(known.get(key), dict)):
+        known = {**(known if isinstance(known, dict) else {}), key: measured(net)}
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with atomic_write(path) as temporary:
+            temporary.write_text(json.dumps(known, indent=2))
+    return known[key]
+
+
+def choose(net: TransferNet, measured: Callable[[TransferNet], Costs] = measure) -> str:
+    """The cheapest back end for a network of this size; warp where there is no OpenGL."""
+    if not has_opengl():
+        return "warp"
+    found = costs(net, measured)
+    return min(found, key=lambda name: found[name])
+
+
+def frame(scene: Scene, asset: Asset | TransferNet, light: Light, *positional: Any, backend: str = "glsl", **options: Any) -> Frame:
+    """sdfprt.render.frame by a back end of NAMES or `auto`. Raises SdfprtError for another name."""
+    if backend == "auto":
+        backend = choose(asset if isinstance(asset, TransferNet) else asset.net)
+    if backend == "glsl":
+        return gl_frame(scene, asset, light, *positional, **options)
+    if backend not in NAMES:
+        raise SdfprtError(f"backend {backend}: there is no such one; there are auto, {', '.join(NAMES)}")
+    return torch_render.frame(scene, asset, light, *positional, **options, backend=backend)

@@ -39,8 +39,8 @@ def test_tone_mapped_figures_are_those_of_the_pngs():
 
 
 def test_flip_is_the_evaluator_s_mean():
-    encoded = [image.srgb_encode(v / B.max()).astype(np.float32) for v in (B, A)]
-    _, mean, _ = flip_evaluator.evaluate(*encoded, "LDR")
+    golden, ours = (image.srgb_encode(v / B.max()).astype(np.float32) for v in (B, A))
+    _, mean, _ = flip_evaluator.evaluate(golden, ours, "LDR")
     assert metrics.compare(A, B)["flip"] == pytest.approx(mean, abs=1e-5)
 
 
@@ -76,7 +76,7 @@ def test_pixels_that_are_not_finite_are_counted_and_left_out():
         (np.full_like(A, np.nan), B, None, "no pixel"),
     ],
 )
-def test_pictures_that_cannot_be_compared_are_errors(a, b, mask, said: str, monkeypatch: pytest.MonkeyPatch):
+def test_pictures_that_cannot_be_compared_are_errors(a, b, mask, said: str):
     compare = getattr(metrics.compare, "__wrapped__", metrics.compare)  # as users have it: without the tests' type checks
     with pytest.raises(SdfprtError, match=said):
         compare(a, b, mask)

@@ -320,10 +320,8 @@ def _material_lines(material: Material) -> list[str]:
 
 
 def _read(path: Path) -> str:
-    try:
-        return path.read_text()
-    except UnicodeDecodeError:
-        raise SdfprtError(f"{path}: not GLSL text (it is not UTF-8)") from None
+    """GLSL text; bytes that are not UTF-8 can only stand in comments, and do not matter there."""
+    return path.read_text(errors="replace")
 
 
 def _settings(path: Path) -> dict:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from sdfprt.errors import GlslError
 from sdfprt.glsl.compile import compile_glsl
+from sdfprt.glsl.entry import code_only, find_entry, without_mains
 from sdfprt.resources import folder
 
 VERSION = "#version 430\n"
@@ -28,6 +29,11 @@ _HOST = {
     **dict.fromkeys((f"iChannel{k}" for k in range(4)), "uniform sampler2D {};"),
     "iChannelTime": "const float {}[4] = float[](0.0, 0.0, 0.0, 0.0);",
     "iChannelResolution": "const vec3 {}[4] = vec3[](vec3(1.0), vec3(1.0), vec3(1.0), vec3(1.0));",
+    **dict.fromkeys(("texture2D", "textureCube", "texture3D"), "#define {} texture"),
+    **dict.fromkeys(("texture2DLod", "texture2DLodEXT", "textureCubeLod"), "#define {} textureLod"),
+    "iFrameRate": "const float {} = 60.0;",
+    "u_mouse": "const vec2 {} = vec2(0.0);",
+    **dict.fromkeys(("EPS", "EPSILON", "eps", "epsilon"), "const float {} = 0.001;"),
     "mouse": "const vec2 {} = vec2(0.0);",
     "saturate": "#define {}(x) clamp(x, 0.0, 1.0)",
     "frac": "#define {}(x) fract(x)",
@@ -55,6 +61,12 @@ def without_comments(text: str) -> str:
     return re.sub(r"//[^\n]*|/\*.*?\*/", blank, text, flags=re.S)
 
 
+def _plain(text: str) -> str:
+    """ASCII with \\n: the compilers read no more, and comments need no more."""
+    text = text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n").replace("\u00a0", " ")
+    return re.sub(r"[^\x00-\x7f]", "?", text)
+
+
 def expand_includes(text: str, file: str, own_folder: Path | None, seen: frozenset[Path] = frozenset()) -> str:
     """Replace `#include "..."`: from sdf_library, or the file's own folder; each file once, never from elsewhere."""
     loaded = set(seen)
@@ -63,14 +75,18 @@ def expand_includes(text: str, file: str, own_folder: Path | None, seen: frozens
         name, line = match[1], text.count("\n", 0, match.start()) + 1
         roots = [folder("sdf_library"), *([own_folder] if own_folder else [])]
         for root in roots:
-            path = (root / name).resolve()
+            try:
+                path = (root / name).resolve()
+                there = path.is_file()
+            except (OSError, RuntimeError, ValueError):
+                raise GlslError(f'{file}:{line}: #include "{name[:80]}": not a file name') from None
             if not path.is_relative_to(root.resolve()):
                 raise GlslError(f'{file}:{line}: #include "{name}" leads out of the folders that a scene may read')
-            if path.is_file():
+            if there:
                 if path in loaded:
                     return ""
                 loaded.add(path)
-                inner = expand_includes(path.read_text(), path.name, path.parent, frozenset(loaded))
+                inner = expand_includes(path.read_text(errors="replace"), path.name, path.parent, frozenset(loaded))
                 return f"#line 1\n{inner}\n#line {line + 1}"
         raise GlslError(f'{file}:{line}: #include "{name}": no such file in the library or beside the scene')
 
@@ -81,21 +97,26 @@ def prepare(glsl: str, file: str, own_folder: Path | None, defines: dict[str, fl
     """Make the user's text ready. Raises GlslError with the user's file and line."""
     if "\0" in glsl or len(glsl) > _MAX_TEXT:
         raise GlslError(f"{file}: this is not GLSL text (a zero byte, or over {_MAX_TEXT:,} characters)")
-    body = expand_includes(glsl, file, own_folder)
+    body = _plain(expand_includes(_plain(glsl), file, own_folder))
     body = re.sub(r"^[ \t]*#[ \t]*(version|extension)\b[^\n]*$", "", body, flags=re.M)
-    body = re.sub(r"^([ \t]*)precision\s+\w+\s+\w+\s*;", r"\1", body, flags=re.M)
-    bare = without_comments(body)
-    call = _entry(bare, file)
-    notes: list[str] = []
+    body = re.sub(r"\bprecision\s+(?:highp|mediump|lowp)\s+\w+\s*;", "", body)
+    body = without_mains(body)
+    bare = code_only(body)
+    entry = find_entry(bare, file)
+    notes: list[str] = [entry.note] if entry.note else []
     header = [f"#define {name} {_define(name, value, file)}" for name, value in defines.items()]
     for name in defines:  # a uniform or constant of that name gives way to the define
-        body = re.sub(rf"^[ \t]*(uniform|const)\s+\w+\s+{name}\s*(=[^;]*)?;", "", body, flags=re.M)
+        body = re.sub(rf"^[ \t]*(uniform|const)\s+(\w+\s+)?\w+\s+{name}\s*(=[^;]*)?;", "", body, flags=re.M)
     if re.search(r"\bvoid\s+main\s*\(", bare):
         header.append("#define main sdfprt_user_main")
     body = _constant_uniforms(body, notes)
-    body = re.sub(r"^([ \t]*)(?:layout\s*\([^)]*\)\s*)?(?:in|out|varying|flat in)\s+(\w+\s+\w+\s*;)", r"\1\2", body, flags=re.M)
+    stage = r"\b(?:layout\s*\([^)]*\)\s*)?(?:(?:flat|smooth)\s+)?(?:in|out|varying|attribute)\s+(?:(?:highp|mediump|lowp)\s+)?"
+    body = re.sub(stage + r"(\w+\s+\w+\s*;)", r"\1", body)
+    if "gl_FragColor" in bare:
+        header.append("vec4 sdfprt_frag_color = vec4(0.0);")
+        body = re.sub(r"\bgl_FragColor\b", "sdfprt_frag_color", body)
     body = _zeroed_globals(body)
-    tail = f"\n#undef main\nfloat {ENTRY}(vec3 p) {{ return {call} - {offset!r}; }}\n"
+    tail = f"\n#undef main\nfloat {ENTRY}(vec3 p) {{ {entry.locals} return {entry.value} - {offset!r}; }}\n"
     added: dict[str, None] = {}
     while True:
         text = "\n".join([*header, *(_HOST[name].format(name) for name in added), "#line 1", body, tail])
@@ -124,27 +145,23 @@ def _define(name: str, value: float, file: str) -> str:
     return repr(float(value)) if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
 
 
-def _entry(bare: str, file: str) -> str:
-    """The call that gives the distance."""
-    for pattern, call in (
-        (r"\bfloat\s+sdf\s*\(\s*(?:const\s+)?(?:in\s+)?vec3\b[^,)]*\)", "sdf(p)"),
-        (r"\bfloat\s+map\s*\(\s*(?:const\s+)?(?:in\s+)?vec3\b[^,)]*\)", "map(p)"),
-        (r"\bvec2\s+map\s*\(\s*(?:const\s+)?(?:in\s+)?vec3\b[^,)]*\)", "map(p).x"),
-    ):
-        if re.search(pattern, bare):
-            return call
-    raise GlslError(f"{file}: no entry point: the file needs float sdf(vec3 p), float map(vec3 p) or vec2 map(vec3 p)")
-
-
 def _constant_uniforms(body: str, notes: list[str]) -> str:
-    """Uniforms have no host here: numbers become zero constants, and that is said."""
+    """Uniforms have no host here: numbers become constants, zero or what hosts usually give, and that is said."""
 
     def replace(match: re.Match) -> str:
-        kind, name = match[1], match[2]
-        notes.append(f"uniform {kind} {name} has no host; it is 0 (set it in [defines])")
-        return f"const {kind} {name} = {kind}(0);"
+        kind, names = match[1], [name.strip() for name in match[2].split(",")]
+        values = []
+        for name in names:
+            size = "resolution" in name.lower()
+            values.append(f"{name} = {kind}({512 if size else 1 if kind.startswith('mat') else 0})")
+            notes.append(f"uniform {kind} {name} has no host; it is {values[-1].split('= ')[1]} (set it in [defines])")
+        return f"const {kind} {', '.join(values)};"
 
-    return re.sub(r"^[ \t]*uniform\s+(float|int|vec[234])\s+(\w+)\s*;", replace, body, flags=re.M)
+    kinds = r"float|int|uint|bool|[iub]?vec[234]|mat[234]"
+    pattern = rf"\buniform\s+(?:(?:highp|mediump|lowp)\s+)?({kinds})\s+(\w+\s*(?:,\s*\w+\s*)*);"
+    body = re.sub(pattern, replace, body)
+    given = rf"\buniform\s+(?:(?:highp|mediump|lowp)\s+)?({kinds})(\s+\w+\s*=)"
+    return re.sub(given, r"const \1\2", body)
 
 
 _ZEROED = re.compile(r"\s*(float|int|uint|bool|[iub]?vec[234]|mat[234](?:x[234])?)(\s+\w+\s*(?:,\s*\w+\s*)*)\Z")
@@ -164,8 +181,8 @@ def _zeroed_globals(body: str) -> str:
             if found:
                 kind = found[1]
                 names = ", ".join(f"{name.strip()} = {kind}(0)" for name in found[2].split(","))
-                lines = body[statement:at].count("\n")
-                out += [body[start:statement], "\n" * lines, f"{kind} {names}"]
+                lines = body[found.start(1) : at].count("\n")
+                out += [body[start : found.start(1)], "\n" * lines, f"{kind} {names}"]
                 start = at
             statement = at + 1
     return "".join([*out, body[start:]])

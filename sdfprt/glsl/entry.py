@@ -1,0 +1,126 @@
+"""Which function of the user's text is the distance, and the expression that calls it; and what the host's own main is."""
+
+import re
+from dataclasses import dataclass
+
+from sdfprt.errors import GlslError
+
+# First found is taken; authors differ in case
+_NAMES = (
+    "sdf map de scenesdf sdfscene scene_sdf sdscene sdscene_ scene getdist getdistance dist distance_estimator "
+    "distanceestimator distancefield distfield df dfield estimator world domap mapscene mapworld f"
+).split()
+_RESULTS = r"float|vec[234]|[A-Z]\w*"
+_HEAD = re.compile(rf"\b({_RESULTS})\s+(\w+)\s*\(([^()]*)\)\s*\{{")
+_PARAMETER = re.compile(r"\s*((?:(?:const|in|out|inout|highp|mediump|lowp)\s+)*)(\w+)(?:\s+(\w+))?\s*(\[[^\]]*\])?\s*\Z")
+_TIMES = ("t", "time", "itime", "tm", "u_time")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """`locals` are statements that go before; `value` is the distance at p; `note` says what was chosen, if anything was."""
+
+    locals: str
+    value: str
+    note: str
+
+
+def code_only(text: str) -> str:
+    """The text with comments, preprocessor lines and `#if 0` blocks blanked, places kept."""
+    blank = lambda m: re.sub(r"[^\n]", " ", m[0])  # noqa: E731
+    text = re.sub(r"//[^\n]*|/\*.*?\*/", blank, text, flags=re.S)
+    text = re.sub(
+        r"^[ \t]*#[ \t]*if[ \t]+0\b(?:(?!^[ \t]*#).)*(?=^[ \t]*#[ \t]*(?:else|elif|endif))", blank, text, flags=re.M | re.S
+    )
+    return re.sub(r"^[ \t]*#(?:[^\n]*\\\n)*[^\n]*", blank, text, flags=re.M)
+
+
+def find_entry(bare: str, file: str) -> Entry:
+    """The distance among the functions that `bare`, a text without comments, defines."""
+    found: dict[str, list[tuple[int, Entry]]] = {}
+    for head in _HEAD.finditer(bare):
+        result, name, parameters = head.groups()
+        if name.lower() in _NAMES and result not in ("else", "return"):
+            call = _call(name, parameters)
+            if call is not None:
+                before, arguments, extra = call
+                part = _part(bare, result, name)
+                if part is not None:
+                    said = [f"its {part[1:]} is taken as the distance"] if part not in ("", ".x") else []
+                    said += [f"its extra parameters are {extra}"] if extra else []
+                    plain = name in ("sdf", "map") and result in ("float", "vec2") and not said
+                    note = "" if plain else "; ".join([f"the distance is {result} {name}({parameters.strip()})", *said])
+                    order = (2 if extra else 0) + (result != "float")
+                    found.setdefault(name.lower(), []).append((order, Entry(before, f"{name}({arguments}){part}", note)))
+    for name in _NAMES:
+        if name in found:
+            return min(found[name], key=lambda pair: pair[0])[1]
+    raise GlslError(
+        f"{file}: no entry point: the file needs float sdf(vec3 p), float map(vec3 p) or vec2 map(vec3 p) "
+        "(also known: vec4 or a struct as the result, and the names DE, scene, dist, sceneSDF, getDist)"
+    )
+
+
+def _call(name: str, parameters: str) -> tuple[str, str, str] | None:
+    """Statements before, arguments, and what the parameters besides the point became; None where there is no point."""
+    before, arguments, extra, point = [], [], [], False
+    for number, text in enumerate(parameters.split(",")):
+        found = _PARAMETER.match(text)
+        if found is None or found[4]:
+            return None
+        qualifiers, kind, label = found[1].split(), found[2], found[3] or ""
+        if kind == "vec3" and not point and "out" not in qualifiers:
+            arguments.append("p")
+            point = True
+        elif {"out", "inout"} & set(qualifiers):
+            builtin = re.fullmatch(r"float|int|uint|bool|[iub]?vec[234]|mat[234]", kind)
+            before.append(f"{kind} sdfprt_a{number}{f' = {kind}(0)' if builtin else ''};")
+            arguments.append(f"sdfprt_a{number}")
+        elif kind == "float" and label.lower() in _TIMES:
+            arguments.append("iTime")
+            extra.append(f"{label} = iTime")
+        elif re.fullmatch(r"float|int|uint|bool|[iub]?vec[234]|mat[234]", kind):
+            arguments.append(f"{kind}(0)")
+            extra.append(f"{label} = 0")
+        else:
+            return None
+    return (" ".join(before), ", ".join(arguments), ", ".join(extra)) if point else None
+
+
+def _part(bare: str, result: str, name: str) -> str | None:
+    """The component of the result that is the distance; None where the result is a struct without a float."""
+    if result == "float":
+        return ""
+    if result == "vec2" or result == "vec3":
+        return ".x"
+    if result == "vec4":  # whichever component of the result, or of vec4s at all, the file marches by
+        for where in (rf"\b{name}\s*\([^;]*?\)\.", r"\w\."):
+            w, x = (len(re.findall(rf"{where}{letter}\b", bare)) for letter in "wx")
+            if w != x:
+                return ".w" if w > x else ".x"
+        return ".x"
+    struct = re.search(rf"\bstruct\s+{result}\s*\{{([^}}]*)\}}", bare)
+    if struct is None:
+        return None
+    declared = re.findall(r"\bfloat\s+([^;]+);", struct[1])
+    members = [member.strip() for line in declared for member in line.split(",")]
+    liked = [member for member in members if member.lower() in ("d", "dist", "distance", "sd", "sdf", "dst", "t")]
+    return f".{(liked or members)[0]}" if members else None
+
+
+def without_mains(body: str) -> str:
+    """The text with the bodies of main, mainImage and the like emptied: they draw, and only the distance is wanted."""
+    bare = code_only(body)
+    out, start = [], 0
+    for head in re.finditer(r"\bvoid\s+main(?:Image|VR|Sound|Cubemap)?\s*\([^()]*\)\s*\{", bare):
+        depth, end = 1, head.end()
+        while end < len(bare) and depth:
+            depth += {"{": 1, "}": -1}.get(bare[end], 0)
+            end += 1
+        if depth == 0 and head.end() >= start:
+            inside = re.sub(r"[^\n]", " ", bare[head.end() : end - 1])
+            lines = zip(inside.split("\n"), body[head.end() : end - 1].split("\n"), strict=True)
+            kept = [own if own.lstrip().startswith("#") and not own.rstrip().endswith("\\") else empty for empty, own in lines]
+            out += [body[start : head.end()], "\n".join(kept)]
+            start = end - 1
+    return "".join([*out, body[start:]])

@@ -1,0 +1,147 @@
+"""Back ends by size of network: the paper's table 4 on this machine.
+
+Frames a second of the whole call of `frame`, reading back included, the best turn, for random networks of each width (speed
+does not depend on the weights) on GLSL, torch and warp. Each runs in a process of its own with a time limit, Mesa's shader
+cache off; one that the driver refuses or that is not through in time is named with the reason. The pictures of torch and
+warp are compared with the shader's over the samples that both hit. Writes backends.md, backends.json and backends.png.
+"""
+
+import argparse
+import json
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+os.environ["MESA_SHADER_CACHE_DISABLE"] = "true"
+
+import numpy as np
+
+from sdfprt import backends, metrics, torch_render
+from sdfprt.errors import SdfprtError
+from sdfprt.light import Light
+from sdfprt.material import parse
+from sdfprt.scene import Scene
+
+PAPER = {  # PLANTS, glossy, RTX 3090, frames a second: GLSL, CUDA
+    64: ("64.4", "55.1"),
+    128: ("12.2", "29.1"),
+    256: ("-", "20.7"),
+    512: ("-", "8.0"),
+}
+
+
+def one(args: argparse.Namespace) -> None:
+    """Time one back end with one width; the picture goes to the file of --picture, the times to stdout."""
+    scene, light, material = Scene.load(args.scene), Light.load("studio"), parse(args.material)
+    net = torch_render.random_net(args.widths[0], args.layers)
+    seconds = []
+    for _ in range(1 + args.turns):
+        start = time.perf_counter()
+        picture = backends.frame(scene, net, light, material, size=(args.size,) * 2, backend=args.one)
+        seconds.append(time.perf_counter() - start)
+    np.savez(args.picture, rgb=picture.rgb, alpha=picture.alpha)
+    print(json.dumps({"FPS": 1 / min(seconds[1:]), "first frame, s": seconds[0]}))
+
+
+def run(args: argparse.Namespace, width: int, backend: str, picture: Path) -> dict:
+    """`one` in a process with a time limit: its times, or `reason`."""
+    flags = {"--one": backend, "--widths": width, "--picture": picture, "--scene": args.scene, "--material": args.material}
+    flags |= {"--layers": args.layers, "--size": args.size, "--turns": args.turns}
+    command = [sys.executable, "-m", "sdfprt", "bench", "backends", *(str(v) for pair in flags.items() for v in pair)]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=args.limit)
+    except subprocess.TimeoutExpired:
+        return {"reason": f"not through in {args.limit:g} s"}
+    if done.returncode:
+        return {"reason": (done.stderr.strip().splitlines() or [f"ended with status {done.returncode}"])[-1][:200]}
+    return json.loads(done.stdout.strip().splitlines()[-1])
+
+
+def equal(ours: Path, theirs: Path) -> float | None:
+    """dB between two kept pictures over what both hit; None where one is missing."""
+    if not (ours.is_file() and theirs.is_file()):
+        return None
+    with np.load(ours) as a, np.load(theirs) as b:
+        return metrics.compare(a["rgb"], b["rgb"], mask=(a["alpha"] > 0) & (b["alpha"] > 0))["psnr"]
+
+
+def cell(result: dict) -> str:
+    return result["reason"] if "reason" in result else f"{result['FPS']:.3g} (first frame {result['first frame, s']:.1f} s)"
+
+
+def table(rows: list[dict], setting: str) -> str:
+    head = ["k", *backends.NAMES, "torch = GLSL, dB", "warp = GLSL, dB", "paper, GLSL", "paper, CUDA"]
+    lines = [f"# Back ends\n\nFrames a second. {setting}. `sdfprt bench backends`\n"]
+    lines += ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
+    for row in rows:
+        found = (row[name].get("equal to glsl, dB") for name in ("torch", "warp"))
+        equals = ["" if value is None else f"{value:.1f}" for value in found]
+        cells = [str(row["k"]), *(cell(row[name]) for name in backends.NAMES), *equals, *PAPER.get(row["k"], ("", ""))]
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def plot(rows: list[dict], path: Path) -> None:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(figsize=(6, 4), layout="constrained")
+    for name in backends.NAMES:
+        shown = [(row["k"], row[name]["FPS"]) for row in rows if "FPS" in row[name]]
+        if shown:
+            axes.loglog(*zip(*shown, strict=True), "o-", label=name)
+    axes.set_xticks([row["k"] for row in rows], [str(row["k"]) for row in rows])
+    axes.minorticks_off()
+    axes.set_xlabel("neurons a layer")
+    axes.set_ylabel("frames a second")
+    axes.legend()
+    figure.savefig(path, dpi=110)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scene", default="mike_monster")
+    parser.add_argument("--material", default="phong:32")
+    parser.add_argument("--widths", nargs="+", type=int, default=list(PAPER))
+    parser.add_argument("--layers", type=int, default=4)
+    parser.add_argument("--size", type=int, default=512)
+    parser.add_argument("--turns", type=int, default=3)
+    parser.add_argument("--limit", type=float, default=300.0, help="seconds for each width and back end")
+    parser.add_argument("-o", "--output", type=Path, default=Path("out/backends"), help="folder")
+    parser.add_argument("--one", choices=backends.NAMES, help=argparse.SUPPRESS)
+    parser.add_argument("--picture", type=Path, help=argparse.SUPPRESS)
+    args = parser.parse_args()
+    if args.turns < 1:
+        raise SdfprtError(f"--turns {args.turns}: give at least 1")
+    if args.one:
+        one(args)
+        return
+    args.output.mkdir(parents=True, exist_ok=True)
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        for width in args.widths:
+            pictures = {name: Path(folder) / f"{name}-{width}.npz" for name in backends.NAMES}
+            row = {"k": width, **{name: run(args, width, name, pictures[name]) for name in backends.NAMES}}
+            for name in ("torch", "warp"):
+                if (value := equal(pictures[name], pictures["glsl"])) is not None:
+                    row[name]["equal to glsl, dB"] = value
+            rows.append(row)
+            print(json.dumps(row), flush=True)
+    driver = backends.context().info["GL_RENDERER"] if backends.has_opengl() else "no OpenGL"
+    scene = f"{args.scene} {args.material}, l={args.layers}, {args.size}x{args.size}"
+    setting = f"{scene}, {driver}, torch on {torch_render.device()}, {os.cpu_count()} cores, {platform.machine()}"
+    text = table(rows, setting)
+    (args.output / "backends.md").write_text(text)
+    (args.output / "backends.json").write_text(json.dumps({"setting": setting, "rows": rows}, indent=2))
+    plot(rows, args.output / "backends.png")
+    print(text)
+
+
+if __name__ == "__main__":
+    main()

@@ -190,7 +190,7 @@ def bake(
     bands: Bands = settings.Transfer.bands,
     points: Points = settings.Surface.points,
     rays: Rays = settings.Transfer.rays,
-    target_psnr: Annotated[float | None, typer.Option(help="Stop fitting at this validation PSNR, dB.")] = None,
+    target_psnr: Annotated[float | None, typer.Option(help="dB at held-out points and views: the smallest network for it.")] = None,
     preview: Annotated[bool, typer.Option(help="A rough network in seconds.")] = False,
     cluster: Cluster = None,
 ) -> None:
@@ -215,6 +215,8 @@ def bake(
     if output is not None:
         asset.save(output)
     info = asset.info
+    for size in info.get("curve", ()):
+        print(f"k={size['width']} l={size['layers']}: points {size['validation_psnr']:.1f} dB, views {size['view_psnr']:.1f} dB")
     print(f"{scene}: validation RMSE {info['validation_rmse']:.4f}, {time.perf_counter() - start:.1f} s")
     if output is not None:
         print(output)

@@ -127,8 +127,9 @@ def frame(
         outgoing = np.asarray(camera.eye) - seen.points.cpu().numpy()
         outgoing /= np.linalg.norm(outgoing, axis=1, keepdims=True)
         transfer = predict(net, seen.points, seen.normals)
-        look = {"albedo": seen.albedo, "exponent": seen.exponent}
-        fine[seen.mask, :3] = shading.shade(transfer, normals, outgoing, coefficients, material, **look)
+        fine[seen.mask, :3] = shading.shade(
+            transfer, normals, outgoing, coefficients, material, albedo=seen.albedo, exponent=seen.exponent
+        )
         fine[seen.mask, 3] = 1
 
         # Unpacked, with the light behind it, averaged over each pixel's samples

@@ -9,6 +9,7 @@ import json
 import shutil
 import zipfile
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -89,10 +90,10 @@ def bake(
     work = cache_folder() / "work"
     held = settings.Fit.held_out
     key = _key(scene.hash, points, held, seed, resolution, asdict(settings.Surface()))
-    surface = _cached(work / f"surface-{key}.npz", lambda: _surface(scene, points + held, seed, resolution))
     traced = work / f"transfer-{_key(key, bands, rays, asdict(settings.Trace()))}"
-    if cluster:
-        with workers.connect(cluster) as client:
+    with workers.connect(cluster) if cluster else nullcontext() as client:  # first, since it may not be there
+        surface = _cached(work / f"surface-{key}.npz", lambda: _surface(scene, points + held, seed, resolution))
+        if client is not None:
             _ahead(client, scene, surface, slice(0, points), traced, bands, rays, seed)
             _ahead(client, scene, surface, slice(points, points + held), traced, bands, settings.Fit.held_out_rays, seed)
     train = _samples(scene, surface, slice(0, points), traced, bands, rays, seed)

@@ -6,6 +6,7 @@ scheduler's address is shared: workers need sdfprt of the same version, but neit
 
 import functools
 import itertools
+import re
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -21,7 +22,7 @@ from sdfprt.transfer import compute_transfer
 POINTS = 8192  # of a task of the bake, at most: 200 KB there, 512 KB back at 4 bands
 RETRIES = 3  # of a task that failed
 AHEAD = 2  # tasks a worker's thread that are under way at once: what bounds the memory of the scheduler
-SECONDS = 15  # to wait for a scheduler, and for its first worker
+SECONDS = 20  # to wait for a scheduler, and for its first worker
 
 
 @contextmanager
@@ -34,6 +35,8 @@ def connect(address: str) -> Iterator[Any]:
         from distributed import Client
     except ImportError:
         raise SdfprtError("a cluster needs Dask: pip install 'sdfprt[cluster]'") from None
+    if not re.fullmatch(r"(\w+://)?(\[[^\]]+\]|[^/:\s]+):\d+/?", address):
+        raise SdfprtError(f"--cluster {address}: expected a scheduler's address, such as tcp://127.0.0.1:8786")
     try:
         client = Client(address, timeout=SECONDS, set_as_default=False)
     except (OSError, ValueError) as error:

@@ -67,7 +67,8 @@ class Cluster:
 
 
 @pytest.fixture
-def cluster(tmp_path) -> Iterator[Cluster]:
+def cluster(tmp_path, monkeypatch) -> Iterator[Cluster]:
+    monkeypatch.setattr(workers, "SECONDS", 120)  # a busy machine is no failure
     (tmp_path / "dask").mkdir()
     made = Cluster(tmp_path / "dask")
     yield made
@@ -90,8 +91,8 @@ def test_a_bake_on_a_cluster_that_loses_a_worker_is_the_local_bake_to_the_bit(cl
 
     killer = cluster.kill_one_when(lambda: any((tmp_path / "far" / "work").glob("transfer-*/*.npz")))
     far = run("far", cluster=cluster.address)
-    killer.join(10)
-    assert cluster.workers[0].wait(10) == -signal.SIGKILL
+    killer.join(60)
+    assert cluster.workers[0].wait(60) == -signal.SIGKILL
     monkeypatch.setattr(BAKE, "_CHUNK", 32_768)
     near = run("near")
     np.testing.assert_array_equal(np.concatenate(transfer("far")), np.concatenate(transfer("near")))
@@ -111,8 +112,8 @@ def test_pictures_from_a_cluster_that_loses_a_worker_are_the_local_files(cluster
     # One file is there, the other 23 are not
     killer = cluster.kill_one_when(lambda: any((tmp_path / "far-exr").glob("*.exr")))
     assert run("far", "exr", cluster=cluster.address) == run("near", "exr")
-    killer.join(10)
-    assert cluster.workers[0].wait(10) == -signal.SIGKILL
+    killer.join(60)
+    assert cluster.workers[0].wait(60) == -signal.SIGKILL
     assert run("far", "png", cluster=cluster.address) == run("near", "png")
 
 
@@ -164,4 +165,6 @@ def test_no_more_tasks_are_under_way_than_the_workers_can_chew(cluster):
 def test_without_a_scheduler_or_workers_there_is_one_clear_error(monkeypatch, tmp_path):
     monkeypatch.setattr(workers, "SECONDS", 0.5)
     with pytest.raises(SdfprtError, match="no Dask scheduler"), workers.connect("tcp://127.0.0.1:9"):
+        pass
+    with pytest.raises(SdfprtError, match="expected a scheduler's address"), workers.connect("somewhere"):
         pass

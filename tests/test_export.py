@@ -15,6 +15,7 @@ from sdfprt.render import context, frame
 
 SCENE, NET, SIZE = nets.scene(), nets.random_net(), (72, 56)
 SKY = Light.load("sky_afternoon")
+PATIENCE = 180_000  # ms; a busy machine is no failure
 BROWSER = next((path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None)
 
 
@@ -36,7 +37,7 @@ def browser():
     sync = pytest.importorskip("playwright.sync_api")
     with sync.sync_playwright() as play:
         flags = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-        made = play.chromium.launch(executable_path=BROWSER, args=flags)
+        made = play.chromium.launch(executable_path=BROWSER, args=flags, timeout=PATIENCE)
         yield made
         made.close()
 
@@ -44,6 +45,7 @@ def browser():
 def _open(browser, path: Path, text: str):
     path.write_text(text)
     page = browser.new_page()
+    page.set_default_timeout(PATIENCE)
     asked: list[str] = []
     page.on("request", lambda request: asked.append(request.url))
     page.goto(path.as_uri())
@@ -130,6 +132,7 @@ def test_shadertoy_is_told_to_have_no_textures():
 def test_without_webgl_the_page_says_so(browser, tmp_path):
     (tmp_path / "page.html").write_text(export_html(SCENE, NET, SKY, size=SIZE))
     page = browser.new_page()
+    page.set_default_timeout(PATIENCE)
     page.add_init_script("HTMLCanvasElement.prototype.getContext = () => null")
     page.goto((tmp_path / "page.html").as_uri())
     page.wait_for_function("document.body.dataset.state === 'failed'")

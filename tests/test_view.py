@@ -133,10 +133,14 @@ print([look.light for look in drawn], drawn[2].camera.eye != drawn[1].camera.eye
     display = f":{90 + int(time.time()) % 400}"
     server = subprocess.Popen(["Xvfb", display, "-screen", "0", "320x240x24"], stderr=subprocess.DEVNULL)
     try:
-        time.sleep(1.0)
+        socket = Path(f"/tmp/.X11-unix/X{display[1:]}")
+        for _ in range(600):
+            if socket.exists():
+                break
+            time.sleep(0.1)
         paths = os.pathsep.join([str(Path(__file__).parent), str(Path(__file__).parent.parent)])
         environment = {**os.environ, "DISPLAY": display, "PYTHONPATH": paths}
-        done = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, timeout=120)
+        done = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, timeout=300)
     finally:
         server.kill()
         server.wait()

@@ -339,6 +339,53 @@ def split(number: int, values: list[Leaf], temp: Temp) -> tuple[list[Leaf], list
     )
 
 
+# Number of the function -> bits of a part, and what a part is
+_PACKED = {54: (8, "snorm"), 55: (8, "unorm"), 56: (16, "snorm"), 57: (16, "unorm"), 58: (16, "half")}
+_UNPACKED = {60: (16, "snorm"), 61: (16, "unorm"), 62: (16, "half"), 63: (8, "snorm"), 64: (8, "unorm")}
+
+
+def _pack(parts: list[Leaf], bits: int, kind: str, temp: Temp) -> Leaf:
+    """packUnorm4x8 and the like: the first part is the lowest (GLSL 4.5, 8.4)."""
+    words = []
+    for at, leaf in enumerate(parts):
+        x = vary(leaf)
+        if kind == "half":
+            size = temp("f", False, f"abs({x})").name
+            wide = temp("i", False, f"as_I({size})").name
+            normal = f"(({wide} + 4095 + (({wide} >> 13) & 1)) >> 13) - {112 << 10}"
+            small = temp("i", False, f"to_I_safe(round_even(min({size}, splat(1.0f)) * 16777216.0f))").name
+            word = temp("i", False, f"sel(lt({size}, splat(6.103515625e-05f)), {small}, {normal})").name
+            word = temp("i", False, f"sel(lt({size}, splat(65520.0f)), {word}, splat(0x7c00))").name
+            word = temp("i", False, f"sel(is_nan({x}), splat(0x7e00), {word})").name
+            part = temp("i", False, f"{word} | ((as_I({x}) >> 16) & 0x8000)").name
+        else:
+            low, scale = (-1, (1 << (bits - 1)) - 1) if kind == "snorm" else (0, (1 << bits) - 1)
+            held = f"min(max({x}, splat({low}.0f)), splat(1.0f))"
+            part = temp("i", False, f"to_I_safe(round_even({held} * {scale}.0f)) & {(1 << bits) - 1}").name
+        words.append(f"(as_U({part}) << {at * bits}u)" if at else f"as_U({part})")
+    return temp("u", False, " | ".join(words))
+
+
+def _unpack(word: Leaf, bits: int, kind: str, temp: Temp) -> list[Leaf]:
+    """unpackUnorm4x8 and the like: 32 / bits floats, the lowest bits first (GLSL 4.5, 8.4)."""
+    whole, parts = temp("i", False, _as(word, "i")).name, []
+    for at in range(32 // bits):
+        if kind == "snorm":
+            part = temp("i", False, f"({whole} << {32 - bits - at * bits}) >> {32 - bits}").name
+            parts.append(temp("f", False, f"max(to_F({part}) / {(1 << (bits - 1)) - 1}.0f, splat(-1.0f))"))
+            continue
+        part = temp("i", False, f"({whole} >> {at * bits}) & {(1 << bits) - 1}").name
+        if kind == "unorm":
+            parts.append(temp("f", False, f"to_F({part}) / {(1 << bits) - 1}.0f"))
+            continue
+        size = temp("i", False, f"{part} & 0x7fff").name
+        normal = temp("f", False, f"as_F(({size} + {112 << 10}) << 13)").name
+        value = temp("f", False, f"sel(lt({size}, splat(0x400)), to_F({size}) * 5.9604644775390625e-08f, {normal})").name
+        value = temp("f", False, f"sel(lt({size}, splat(0x7c00)), {value}, as_F(({size} << 13) | 0x7f800000))").name
+        parts.append(temp("f", False, f"as_F(as_I({value}) | (({part} & 0x8000) << 16))"))
+    return parts
+
+
 def _extended(owner: Translator, i: Instruction, values: dict[int, list[Leaf]], temp: Temp) -> list[Leaf]:
     """GLSL.std.450."""
     number, arguments = i.operands[1], [values[o] for o in i.operands[2:]]
@@ -408,4 +455,8 @@ def _extended(owner: Translator, i: Instruction, values: dict[int, list[Leaf]], 
             b.f(f"sel({inside}, splat(0.0f), {eta} * {vary(x)} - {along} * {vary(n)})")
             for x, n in zip(first, arguments[1], strict=True)
         ]
+    if number in _PACKED:
+        return [_pack(first, *_PACKED[number], temp)]
+    if number in _UNPACKED:
+        return _unpack(first[0], *_UNPACKED[number], temp)
     raise SdfprtError(f"an SDF cannot use this function of GLSL (GLSL.std.450 number {number})")

@@ -533,6 +533,8 @@ def compare(
     tone_mapped: Annotated[bool, typer.Option("--tone-mapped", help="After the tone curve and sRGB, as PNGs show it.")] = False,
 ) -> None:
     """Compare two pictures, A with the reference B; prints JSON: mae, psnr, ssim, flip, and nan, the pixels left out."""
+    import numpy as np
+
     from sdfprt import metrics
     from sdfprt.image import read
 
@@ -548,9 +550,9 @@ def compare(
     if mask == "alpha":
         if first.alpha is None or second.alpha is None:
             raise SdfprtError(f"compare: --mask alpha: {a.name if first.alpha is None else b.name} has no alpha")
-        use = (first.alpha > 0) & (second.alpha > 0)
+        use = np.asarray((first.alpha > 0) & (second.alpha > 0))
     elif mask is not None:
-        use = (read(Path(mask)).rgb > 0).any(axis=2)
+        use = np.asarray((read(Path(mask)).rgb > 0).any(axis=2))
     print(json.dumps(metrics.compare(first.rgb, second.rgb, mask=use, tone_mapped=tone_mapped), indent=2))
     if heatmap is not None:
         metrics.write_heatmap(heatmap, first.rgb, second.rgb, use)

@@ -8,7 +8,7 @@ from sdfprt.errors import GlslError
 # First found is taken; authors differ in case
 _NAMES = (
     "sdf map de scenesdf sdfscene scene_sdf sdscene sdscene_ scene getdist getdistance dist distance_estimator "
-    "distanceestimator distancefield distfield df dfield estimator world domap mapscene mapworld f"
+    "distanceestimator distancefield distfield df dfield estimator world domap mapscene mapworld"
 ).split()
 _RESULTS = r"float|vec[234]|[A-Z]\w*"
 _HEAD = re.compile(rf"\b({_RESULTS})\s+(\w+)\s*\(([^()]*)\)\s*\{{")

@@ -21,12 +21,13 @@ import moderngl
 import numpy as np
 
 from sdfprt import light as lights
-from sdfprt import settings, shader
+from sdfprt import shader
 from sdfprt.asset import Asset
 from sdfprt.bake import bake
+from sdfprt.glsl.text import number
 from sdfprt.material import Diffuse, Material, Phong
 from sdfprt.network import TransferNet
-from sdfprt.scene import NORMAL_STEP, Scene
+from sdfprt.scene import Scene
 
 render = importlib.import_module("sdfprt.render")  # sdfprt.render is the function
 PAPER = {  # RTX 3090, 1024x1024, k64 and k128: diffuse / glossy
@@ -72,12 +73,8 @@ void main() {
 def literal_network(net: TransferNet) -> str:
     """The network as text with its weights as mat4 constants, unrolled (learnt transfer, Sec. 4)."""
 
-    def number(value: float) -> str:
-        return f"{value:.8e}"
-
     lines = ["void literal(vec3 p, vec3 n, out vec4 transfer[OUTPUTS]) {"]
-    center = ",".join(number(v) for v in net.center)
-    lines.append(f"vec3 x = (p - vec3({center})) / {number(net.extent)};")
+    lines.append(f"vec3 x = (p - {vector(net.center)}) / {number(net.extent)};")
     features = ["x", "n"]
     for name, octaves in (("x", net.position_frequencies), ("n", net.normal_frequencies)):
         features += [f"{f}({number(2**k * np.pi)} * {name})" for k in range(octaves) for f in ("sin", "cos")]
@@ -87,21 +84,13 @@ def literal_network(net: TransferNet) -> str:
     layer = [f"vec4({','.join(parts[i : i + 4])})" for i in range(0, len(parts), 4)]
     for depth, (weight, bias) in enumerate(net.weights):
         lines += [f"vec4 h{depth}_{i} = {text};" for i, text in enumerate(layer)]
-        w = np.pad(weight, ((0, -len(weight) % 4), (0, -weight.shape[1] % 4)))
-        b = np.pad(bias, (0, -len(bias) % 4))
-        rows = []
-        for row in range(0, len(w), 4):
-            terms = ["vec4(" + ",".join(number(v) for v in b[row : row + 4]) + ")"]
-            for column in range(0, w.shape[1], 4):
-                block = ",".join(number(v) for v in w[row : row + 4, column : column + 4].T.ravel())
-                terms.append(f"mat4({block}) * h{depth}_{column // 4}")
-            rows.append(" + ".join(terms))
+        matrices = blocks(weight).reshape(-1, len(layer), 16)
+        products = [" + ".join(f"{vector(m)} * h{depth}_{i}" for i, m in enumerate(row)) for row in matrices]
+        rows = [f"{vector(b)} + {text}" for b, text in zip(fours(bias), products, strict=True)]
         lines += [f"vec4 s{depth}_{i} = {text};" for i, text in enumerate(rows)]
         final = depth == len(net.weights) - 1
         layer = [f"tanh(s{depth}_{i})" if final else f"max(s{depth}_{i}, 0.01 * s{depth}_{i})" for i in range(len(rows))]
-    scale = np.pad(net.scale, (0, -len(net.scale) % 4))
-    for i, text in enumerate(layer):
-        lines.append(f"transfer[{i}] = vec4({','.join(number(v) for v in scale[4 * i : 4 * i + 4])}) * {text};")
+    lines += [f"transfer[{i}] = {vector(s)} * {text};" for i, (s, text) in enumerate(zip(fours(net.scale), layer, strict=True))]
     return "\n".join([*lines, "}"])
 
 
@@ -131,16 +120,7 @@ def literal(scene: Scene, net: TransferNet, light: lights.Light, material: Mater
             target = context.texture(size, 4, dtype="f4")
             state.extend((program, context.vertex_array(program, []), target, context.framebuffer([target])))
         program, triangle, target, buffer = state
-        low, high = scene.bounds
-        render.give(
-            program,
-            boundsLow=low,
-            boundsHigh=high,
-            hitDistance=settings.Trace.hit * scene.diagonal,
-            stepFactor=scene.step,
-            normalStep=NORMAL_STEP * scene.diagonal,
-            marchSteps=settings.Trace.steps,
-        )
+        render.give(program, **shader.scene_uniforms(scene))
         held = render.set_light(program, variant, net.bands, light.sh(net.bands))
         render.set_material(program, scene, material)
         render.set_camera(program, scene.camera, (0, 0, *size))

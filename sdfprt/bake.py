@@ -145,15 +145,13 @@ class _View:
 def _views(scene: Scene, work: Path, bands: int, seed: int) -> list[_View]:
     """Small views about the target's vertical, between the places that the scene's own camera is likely to see."""
     light, views = Light.load(_VIEW_LIGHT).sh(bands), []
-    x, y, z = np.subtract(scene.camera.eye, scene.camera.target)
     for k in range(_VIEWS):
-        c, s = np.cos(2 * np.pi * (k + 0.5) / _VIEWS), np.sin(2 * np.pi * (k + 0.5) / _VIEWS)
-        eye = np.add(scene.camera.target, (c * x + s * z, y, c * z - s * x))
-        seen = gbuffer(scene, replace(scene.camera, eye=tuple(eye.tolist())), (_VIEW_SIDE, _VIEW_SIDE))
+        camera = scene.camera.turned(2 * np.pi * (k + 0.5) / _VIEWS)
+        seen = gbuffer(scene, camera, (_VIEW_SIDE, _VIEW_SIDE))
         if not seen.mask.any():
             continue
         rays = settings.Exact.rays
-        key = _key(scene.hash, eye.tolist(), asdict(scene.camera), _VIEW_SIDE, bands, rays, seed, asdict(settings.Trace()))
+        key = _key(scene.hash, asdict(camera), _VIEW_SIDE, bands, rays, seed, asdict(settings.Trace()))
 
         def trace(seen: GBuffer = seen, rays: int = rays) -> Arrays:
             return {"T": compute_transfer(scene, seen.points, seen.normals, bands, rays, seed=seed + 1)}

@@ -1,6 +1,6 @@
 """The camera: a pinhole; rays pass through pixel centres (+0.5), row 0 is on top, x to the right."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -49,6 +49,16 @@ class Camera:
     def half_height(self) -> float:
         """Of the image plane at distance 1."""
         return float(np.tan(np.radians(self.fov) / 2))
+
+    def plane(self, aspect: float) -> Float[ndarray, "3 3"]:
+        """Rows: right and up as far as the edges of the image plane at distance 1, and forward; `aspect` is width / height."""
+        return self.axes * np.array([[self.half_height * aspect], [self.half_height], [1.0]])
+
+    def turned(self, radians: float) -> "Camera":
+        """Moved about the target's vertical."""
+        x, y, z = np.subtract(self.eye, self.target)
+        c, s = np.cos(radians), np.sin(radians)
+        return replace(self, eye=tuple(np.add(self.target, (c * x + s * z, y, c * z - s * x)).tolist()))
 
     def rays(self, size: tuple[int, int], samples: int = 1) -> tuple[Float[ndarray, "3"], Float[ndarray, "h w 3"]]:
         """Origin and unit directions through the centres of samples x samples cells of each pixel; size is (W, H)."""

@@ -21,14 +21,27 @@ from sdfprt.errors import GlslError, SdfprtError
 from sdfprt.glsl.compile import check_es, compile_glsl
 from sdfprt.glsl.prepare import field_module
 from sdfprt.glsl.spirv import parse
+from sdfprt.glsl.text import number
 from sdfprt.glsl.to_es import translate
 from sdfprt.light import Light, lights
-from sdfprt.material import Diffuse, Material, Phong
+from sdfprt.material import DiffusePhong, Material, parts
 from sdfprt.network import TransferNet
 from sdfprt.render import network_of
 from sdfprt.resources import folder
-from sdfprt.scene import NORMAL_STEP, Scene
-from sdfprt.shader import Variant, defines, join, lobes_of, renamed, tau_text, weights_texture
+from sdfprt.scene import Scene
+from sdfprt.shader import (
+    Variant,
+    block_count,
+    defines,
+    flags,
+    join,
+    lobes_of,
+    network_uniforms,
+    renamed,
+    scene_uniforms,
+    tau_text,
+    weights_texture,
+)
 
 PIECES = ("camera", "trace", "normal", "network", "sh", "shade", "picture")
 VERSION = "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp sampler2D;\nprecision highp sampler3D;\n"
@@ -70,19 +83,23 @@ def export_html(
     tau = sh.triple_product(net.bands, net.bands, net.bands)
     i, j, k = np.nonzero(tau)
     tilt = sh.rotation(np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]), net.bands)  # takes +z to +y
-    colours = {"albedo": settings.Material.albedo, "specular": settings.Material.specular, "exponent": settings.Material.exponent}
-    for lobe in material.lobes:
-        colours |= {"albedo": lobe.albedo} if isinstance(lobe, Diffuse) else {}
-        colours |= {"specular": lobe.specular, "exponent": lobe.exponent} if isinstance(lobe, Phong) else {}
+    fixed = scene_uniforms(scene) | network_uniforms(net)
     data = {
         "name": scene.name,
         "bands": net.bands,
         "size": size,
         "vertex": VERSION + (folder("shaders") / "vertex.glsl").read_text(),
         "fragment": {str(lobes): text for lobes, text in variants.items()},
-        "uniforms": fixed_uniforms(scene, net) | {"samples": samples, "once": 1},
+        "uniforms": {name: _plain(value) for name, value in fixed.items()} | {"samples": samples, "once": 1},
         "camera": {"eye": camera.eye, "target": camera.target, "up": camera.up, "fov": camera.fov},
-        "start": {**colours, "lobes": lobes_of(material), "yaw": yaw, "exposure": exposure, "background": background},
+        "start": {
+            **parts(DiffusePhong()),
+            **parts(material),
+            "lobes": lobes_of(material),
+            "yaw": yaw,
+            "exposure": exposure,
+            "background": background,
+        },
         "owns": {"albedo": scene.has_albedo, "exponent": scene.has_exponent},
         "weights": {"size": [weights.shape[1], weights.shape[0]], "data": _packed(weights.tobytes())},
         "volumes": {name: _volume(values) for name, values in scene.textures.items()},
@@ -120,28 +137,28 @@ def export_shadertoy(
     variant = Variant(lobes_of(material), net.bands, net.bands, fixed_light=False)
     vector = np.zeros((4 * -(-(net.bands**2) // 4), 3))
     vector[: net.bands**2] = shading.diffuse_vector(coefficients, net.bands)
-    values: dict[str, Any] = fixed_uniforms(scene, net) | {
-        "diffuseLight": vector.T.reshape(-1, 4),
-        "lightCoefficients": coefficients,
-        "skyCoefficients": coefficients,
-        "baseColour": settings.Material.albedo,
-        "baseExponent": settings.Material.exponent,
-        "specular": settings.Material.specular,
-        "exposure": exposure,
-        "background": background,
-        "samples": samples,
-        "firstEye": camera.eye,
-        "target": camera.target,
-        "upward": camera.up,
-        "halfHeight": camera.half_height,
-    }
-    for lobe in material.lobes:
-        if isinstance(lobe, Diffuse):
-            values["baseColour"] = lobe.albedo
-        elif isinstance(lobe, Phong):
-            values |= {"specular": lobe.specular, "baseExponent": lobe.exponent}
+    colours = parts(DiffusePhong()) | parts(material)
+    values: dict[str, Any] = (
+        scene_uniforms(scene)
+        | network_uniforms(net)
+        | {
+            "diffuseLight": vector.T.reshape(-1, 4),
+            "lightCoefficients": coefficients,
+            "skyCoefficients": coefficients,
+            "baseColour": colours["albedo"],
+            "baseExponent": colours["exponent"],
+            "specular": colours["specular"],
+            "exposure": exposure,
+            "background": background,
+            "samples": samples,
+            "firstEye": camera.eye,
+            "target": camera.target,
+            "upward": camera.up,
+            "halfHeight": camera.half_height,
+        }
+    )
     halves = weights_texture(net).astype(np.float16).reshape(-1).view(np.uint32).reshape(-1, 4)
-    used = -(-(4 * _blocks(net, variant) + sum(-(-len(b) // 4) for _, b in net.weights)) // 2)
+    used = -(-(4 * block_count(net) + sum(-(-len(b) // 4) for _, b in net.weights)) // 2)
     rows = [f"uvec4({','.join(f'{x}u' for x in row)})" for row in halves[:used]]
     pieces = "\n".join((folder("shaders") / f"{name}.glsl").read_text() for name in (*PIECES, "toy"))
     ours = "\n".join(
@@ -150,7 +167,7 @@ def export_shadertoy(
             "neurons. Written by sdfprt export --shadertoy.",
             "#define once (1 + min(iFrame, 0))  // keeps loops loops",
             "#define PACKED_WEIGHTS",
-            *_flags(scene),
+            *flags(scene),
             defines(net, variant),
             tau_text(net.bands, net.bands, net.bands) if variant.lobes != 1 else "",
             f"const uvec4 packedWeights[{used}] = uvec4[](\n" + ",\n".join(rows) + ");",
@@ -163,14 +180,6 @@ def export_shadertoy(
     body = f"{ours}\n{names}\n#line 1\n{source}\n{ended}\n"
     check_es(f"{VERSION}{_TOY_INPUTS}{body}out vec4 c; void main() {{ mainImage(c, gl_FragCoord.xy); }}\n", scene.file)
     return body
-
-
-def _flags(scene: Scene) -> list[str]:
-    return [f"#define HAS_{name}" for name in ("ALBEDO", "EXPONENT") if getattr(scene, f"has_{name.lower()}")]
-
-
-def _blocks(net: TransferNet, variant: Variant) -> int:
-    return int(re.findall(r"^#define BLOCKS (\d+)", defines(net, variant), flags=re.M)[0])
 
 
 def es_source(scene: Scene) -> str:
@@ -207,7 +216,7 @@ def page_fragment(scene: Scene, net: TransferNet, variant: Variant, version: str
     """The page's only pass, with what uniforms cannot say; `source` stands for the scene's own text."""
     source = source or scene.shader_source
     pieces = _declared_once(join((*PIECES, "page")).replace("uniform vec4 viewport;", "vec4 viewport;"))
-    ours = "\n".join([version, "#define ENVIRONMENT_MAP", *_flags(scene), defines(net, variant), pieces])
+    ours = "\n".join([version, "#define ENVIRONMENT_MAP", *flags(scene), defines(net, variant), pieces])
     return "\n".join([ours, renamed(ours, source), "#line 1", source])
 
 
@@ -221,21 +230,9 @@ def _declared_once(text: str) -> str:
     return re.sub(r"^(?:uniform )?\w+ (\w+)(?:\[[^\]]*\])?;[^\n]*$", keep, text, flags=re.M)
 
 
-def fixed_uniforms(scene: Scene, net: TransferNet) -> dict[str, Any]:
-    """Uniforms that a scene and its network determine."""
-    low, high = scene.bounds
-    return {
-        "boundsLow": low,
-        "boundsHigh": high,
-        "hitDistance": settings.Trace.hit * scene.diagonal,
-        "stepFactor": scene.step,
-        "relaxation": settings.Trace.relaxation,
-        "marchSteps": settings.Trace.steps,
-        "normalStep": NORMAL_STEP * scene.diagonal,
-        "networkCenter": [float(x) for x in net.center],
-        "networkExtent": float(net.extent),
-        "networkScale": np.pad(net.scale, (0, -len(net.scale) % 4)).reshape(-1, 4).tolist(),
-    }
+def _plain(value: Any) -> Any:
+    """Arrays as lists, for JSON."""
+    return value.tolist() if isinstance(value, ndarray) else value
 
 
 def _as_constants(text: str, values: dict[str, Any], variables: tuple[str, ...]) -> str:
@@ -262,10 +259,8 @@ def _literal(kind: str, value: Any) -> str:
         return "true" if value else "false"
     if kind == "int":
         return str(int(value))
-    parts = [repr(float(np.float32(x))) for x in np.ravel(value)]
-    short = [f"{float(p):.9g}" for p in parts]
-    exact = [s if "." in s or "e" in s else f"{s}.0" for s in short]
-    return exact[0] if kind == "float" else f"{kind}({', '.join(exact)})"
+    numbers = [number(np.float32(x)) for x in np.ravel(value)]
+    return numbers[0] if kind == "float" else f"{kind}({', '.join(numbers)})"
 
 
 def _light(light: Light, bands: int, dering: bool) -> dict[str, Any]:
@@ -294,8 +289,8 @@ def shared_exponent(pixels: Float[ndarray, "h w 3"]) -> ndarray:
     exponent = np.maximum(-16, np.floor(np.log2(np.maximum(x.max(axis=-1), 1e-30)))) + 16
     overflow = np.floor(x.max(axis=-1) / 2.0 ** (exponent - 24) + 0.5) == 512
     exponent += overflow
-    parts = np.floor(x / 2.0 ** (exponent[..., None] - 24) + 0.5).astype(np.uint32)
-    return parts[..., 0] | parts[..., 1] << 9 | parts[..., 2] << 18 | exponent.astype(np.uint32) << 27
+    rgb = np.floor(x / 2.0 ** (exponent[..., None] - 24) + 0.5).astype(np.uint32)
+    return rgb[..., 0] | rgb[..., 1] << 9 | rgb[..., 2] << 18 | exponent.astype(np.uint32) << 27
 
 
 def _packed(data: bytes) -> str:

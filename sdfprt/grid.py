@@ -14,8 +14,8 @@ from numpy import ndarray
 from sdfprt import field
 from sdfprt.errors import SdfprtError
 from sdfprt.field import Box
+from sdfprt.glsl.text import number, vector
 from sdfprt.mesh import Mesh
-from sdfprt.neural.write import number, vector
 from sdfprt.scene import Scene
 from sdfprt.settings import GridFit
 

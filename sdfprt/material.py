@@ -86,3 +86,13 @@ def parse(text: str, albedo: Colour | None = None, specular: Colour | None = Non
     except ValueError:
         pass
     raise SdfprtError(f"material {text}: expected diffuse, phong:S or diffuse+phong:S, such as phong:32")
+
+
+def name(material: Material) -> str:
+    """As `parse` reads it, without colours: diffuse, phong:32, diffuse+phong:32."""
+    return "+".join("diffuse" if isinstance(lobe, Diffuse) else f"phong:{lobe.exponent:g}" for lobe in material.lobes)
+
+
+def parts(material: Material) -> dict:
+    """What it has of albedo, specular and exponent."""
+    return {part: getattr(material, part) for part in ("albedo", "specular", "exponent") if hasattr(material, part)}

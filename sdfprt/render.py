@@ -4,7 +4,7 @@ Programs are kept for each scene and for each size of network; weights, light, c
 """
 
 import functools
-from collections.abc import Iterator
+from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -19,20 +19,24 @@ from sdfprt.asset import Asset
 from sdfprt.camera import Camera
 from sdfprt.errors import SdfprtError
 from sdfprt.light import Light
-from sdfprt.material import Diffuse, Material, Phong
+from sdfprt.material import Material, parts
 from sdfprt.native import volume
 from sdfprt.network import TransferNet
-from sdfprt.scene import NORMAL_STEP, Scene
+from sdfprt.scene import Scene
 from sdfprt.shader import (
     BACKGROUND,
     LIGHT,
     SURFACE,
+    VERSION,
     Variant,
     background_fragment,
+    defines,
     light_compute,
     lobes_of,
+    network_uniforms,
     piece,
     place,
+    scene_uniforms,
     surface_fragment,
     weights_texture,
 )
@@ -93,93 +97,68 @@ class Renderer:
     """Keeps programs and targets on one context; `frame` and `render` share one."""
 
     def __init__(self) -> None:
-        self._programs: dict[str, tuple[moderngl.Program, moderngl.VertexArray]] = {}
-        self._lightings: dict[str, moderngl.ComputeShader] = {}
+        self._triangles: dict[str, moderngl.VertexArray] = {}  # with their programs, by the scene's text
+        self._lightings: dict[tuple, moderngl.ComputeShader] = {}
         self._targets: dict[tuple[int, int], Target] = {}
         self._volumes: dict[str, moderngl.Texture3D] = {}
         self._weights: dict[str, moderngl.Texture] = {}
 
     def surface(self, scene: Scene) -> moderngl.Program:
         """The program of the first pass, with what belongs to the scene set."""
-        program = self._program(surface_fragment(scene), SURFACE, scene.file)
-        low, high = scene.bounds
-        give(
-            program,
-            boundsLow=low,
-            boundsHigh=high,
-            hitDistance=settings.Trace.hit * scene.diagonal,
-            stepFactor=scene.step,
-            relaxation=settings.Trace.relaxation,
-            marchSteps=settings.Trace.steps,
-            normalStep=NORMAL_STEP * scene.diagonal,
-            once=1,
-            **{name: _VOLUMES + k for k, name in enumerate(scene.textures)},
-        )
+        program = self._program(scene.shader_source, lambda: surface_fragment(scene), SURFACE, scene.file)
+        give(program, once=1, **scene_uniforms(scene), **{name: _VOLUMES + k for k, name in enumerate(scene.textures)})
         for k, values in enumerate(scene.textures.values()):
             self._volume(values).use(_VOLUMES + k)
         return program
 
     def _volume(self, values: ndarray) -> moderngl.Texture3D:
-        key = volume(values)
-        if key not in self._volumes:
-            if len(self._volumes) >= _PROGRAMS:
-                self._volumes.pop(next(iter(self._volumes))).release()
-            self._volumes[key] = texture_3d(context(), values)
-        return self._volumes[key]
+        return _kept(self._volumes, volume(values), lambda: texture_3d(context(), values))
 
     def lighting(self, net: TransferNet, variant: Variant) -> moderngl.ComputeShader:
         """The program of the second pass, with what belongs to the network set."""
-        text = light_compute(net, variant)
-        if text not in self._lightings:
-            if len(self._lightings) >= _PROGRAMS:
-                self._lightings.pop(next(iter(self._lightings))).release()
+
+        def compiled() -> moderngl.ComputeShader:
             with _placed(LIGHT, "network"):
-                self._lightings[text] = context().compute_shader(text)
-        program = self._lightings[text]
-        if net.digest not in self._weights:
-            if len(self._weights) >= _PROGRAMS:
-                self._weights.pop(next(iter(self._weights))).release()
-            values = weights_texture(net)
-            self._weights[net.digest] = context().texture(values.shape[1::-1], 4, values.tobytes(), dtype="f4")
-            self._weights[net.digest].filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self._weights[net.digest].use(4)
-        give(
-            program,
-            networkCenter=tuple(map(float, net.center)),
-            networkExtent=float(net.extent),
-            networkScale=np.pad(net.scale, (0, -len(net.scale) % 4)),
-            once=1,
-            networkWeights=4,
-            surfacePoint=0,
-            surfaceDirection=1,
-            surfaceColour=2,
-        )
+                return context().compute_shader(light_compute(net, variant))
+
+        program = _kept(self._lightings, (defines(net, variant), variant, net.bands), compiled)
+        _kept(self._weights, net.digest, lambda: network_texture(context(), net)).use(4)
+        give(program, once=1, networkWeights=4, surfacePoint=0, surfaceDirection=1, surfaceColour=2, **network_uniforms(net))
         return program
 
     def background(self) -> moderngl.Program:
-        return self._program(background_fragment(), BACKGROUND, "background")
+        return self._program("", background_fragment, BACKGROUND, "background")
 
     def draw(self, program: moderngl.Program) -> None:
         """One full-screen triangle."""
-        for kept, triangle in self._programs.values():
-            if kept is program:
-                triangle.render(moderngl.TRIANGLES, vertices=3)
+        triangle = next(each for each in self._triangles.values() if each.program is program)
+        triangle.render(moderngl.TRIANGLES, vertices=3)
 
     def target(self, size: tuple[int, int]) -> Target:
         if size not in self._targets:
             self._targets[size] = Target(size)
         return self._targets[size]
 
-    def _program(self, text: str, pieces: tuple[str, ...], file: str) -> moderngl.Program:
-        if text not in self._programs:
-            if len(self._programs) >= _PROGRAMS:
-                program, triangle = self._programs.pop(next(iter(self._programs)))
-                triangle.release()
-                program.release()
+    def _program(self, key: str, text: Callable[[], str], pieces: tuple[str, ...], file: str) -> moderngl.Program:
+        def compiled() -> moderngl.VertexArray:
             with _placed(pieces, file):
-                program = context().program(vertex_shader=f"#version 430\n{piece('vertex')}", fragment_shader=text)
-            self._programs[text] = (program, context().vertex_array(program, []))
-        return self._programs[text][0]
+                program = context().program(vertex_shader=f"{VERSION}\n{piece('vertex')}", fragment_shader=text())
+            return context().vertex_array(program, [])
+
+        return _kept(self._triangles, key, compiled).program
+
+
+def _kept(things: dict, key: Hashable, make: Callable[[], Any]) -> Any:
+    """The thing of that key, made at its first use; the oldest goes when there are too many."""
+    if key not in things:
+        made = make()
+        if len(things) >= _PROGRAMS:
+            oldest = things.pop(next(iter(things)))
+            if isinstance(oldest, moderngl.VertexArray):
+                oldest.program.release()
+            oldest.release()
+        things[key] = made
+    return things[key]
 
 
 @contextmanager
@@ -197,6 +176,23 @@ def texture_3d(gl: moderngl.Context, values: Float[ndarray, "d h w"]) -> moderng
     made = gl.texture3d(values.shape[::-1], 1, np.ascontiguousarray(values).tobytes(), dtype="f2" if values.itemsize == 2 else "f4")
     made.filter = (moderngl.LINEAR, moderngl.LINEAR)
     made.repeat_x = made.repeat_y = made.repeat_z = False
+    return made
+
+
+def network_texture(gl: moderngl.Context, net: TransferNet) -> moderngl.Texture:
+    """A network's weights, as network.glsl reads them."""
+    values = weights_texture(net)
+    made = gl.texture(values.shape[1::-1], 4, values.tobytes(), dtype="f4")
+    made.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return made
+
+
+def environment_texture(gl: moderngl.Context, light: Light) -> moderngl.Texture:
+    """A light's map, as background.glsl reads it."""
+    height, width = light.pixels.shape[:2]
+    made = gl.texture((width, height), 3, np.ascontiguousarray(light.pixels, np.float32).tobytes(), dtype="f4")
+    made.repeat_y = False
+    made.filter = (moderngl.LINEAR, moderngl.LINEAR)
     return made
 
 
@@ -238,20 +234,12 @@ def set_light(
 
 
 def set_material(program: moderngl.ComputeShader, scene: Scene, material: Material) -> None:
-    give(program, hasAlbedo=scene.has_albedo, hasExponent=scene.has_exponent)
-    for lobe in material.lobes:
-        if isinstance(lobe, Diffuse):
-            give(program, albedo=tuple(lobe.albedo))
-        elif isinstance(lobe, Phong):
-            give(program, specular=tuple(lobe.specular), exponent=float(lobe.exponent))
+    give(program, hasAlbedo=scene.has_albedo, hasExponent=scene.has_exponent, **parts(material))
 
 
 def set_camera(program: moderngl.Program, camera: Camera, viewport: tuple[int, int, int, int]) -> None:
     """`viewport`: first sample of the tile, samples of the whole picture."""
-    right, up, forward = camera.axes
-    half = camera.half_height
-    axes = np.stack([right * half * viewport[2] / viewport[3], up * half, forward])
-    give(program, eye=tuple(camera.eye), axes=axes, viewport=viewport)
+    give(program, eye=tuple(camera.eye), axes=camera.plane(viewport[2] / viewport[3]), viewport=viewport)
 
 
 @functools.cache
@@ -321,7 +309,7 @@ def frame(
     give(lighting, eye=tuple(camera.eye))
     behind = renderer().background() if background else None
     if behind is not None:
-        environment = environment_texture(light, context())
+        environment = environment_texture(context(), light)
         held.append(environment)
         give(behind, toMap=light.rotation, environment=3)  # rows written as columns: the transpose is the inverse
 
@@ -365,13 +353,3 @@ def render(
 ) -> Float[ndarray, "h w 3"]:
     """Linear radiance, (H, W, 3), black where nothing is hit; `options` are those of `frame`."""
     return frame(scene, asset, light, material, camera, size, samples, **options).rgb
-
-
-def environment_texture(light: Light, gl: moderngl.Context) -> moderngl.Texture:
-    """The light's map, as background.glsl reads it."""
-    height, width = light.pixels.shape[:2]
-    data = np.ascontiguousarray(light.pixels, np.float32).tobytes()
-    texture = gl.texture((width, height), 3, data, dtype="f4")
-    texture.repeat_y = False
-    texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-    return texture

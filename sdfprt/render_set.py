@@ -24,7 +24,8 @@ from sdfprt.bake import bake
 from sdfprt.camera import Camera
 from sdfprt.errors import SdfprtError
 from sdfprt.light import Light
-from sdfprt.material import Diffuse, Material, Phong
+from sdfprt.material import Material, parts
+from sdfprt.material import name as material_name
 from sdfprt.material import parse as parse_material
 from sdfprt.network import TransferNet
 from sdfprt.progress import track
@@ -155,22 +156,16 @@ def draw(job: Job) -> bytes:
         return path.read_bytes()
 
 
-def material_name(material: Material) -> str:
-    """As the command line writes it, without colours: diffuse, phong:32, diffuse+phong:32."""
-    names = [f"phong:{lobe.exponent:g}" if isinstance(lobe, Phong) else "diffuse" for lobe in material.lobes]
-    return "+".join(names)
-
-
 def _entry(job: Job, yaw: float, light: str) -> dict[str, Any]:
     """What the manifest says of a picture; the file's name begins with what a reader looks for."""
+    own = parts(job.material)
     entry: dict[str, Any] = {
         "scene": job.scene.name,
         "light": job.light.name,
         "yaw": float(yaw),
         "camera": {key: value if key == "fov" else list(map(float, value)) for key, value in asdict(job.camera).items()},
         "material": material_name(job.material),
-        "albedo": next((list(lobe.albedo) for lobe in job.material.lobes if isinstance(lobe, Diffuse)), None),
-        "specular": next((list(lobe.specular) for lobe in job.material.lobes if isinstance(lobe, Phong)), None),
+        **{key: list(own[key]) if key in own else None for key in ("albedo", "specular")},
         "size": list(job.size),
         "samples": job.samples,
         "exposure": job.exposure if job.for_eyes else None,

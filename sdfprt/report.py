@@ -22,7 +22,7 @@ from sdfprt import exact, image, metrics, settings
 from sdfprt.bake import bake
 from sdfprt.camera import Camera
 from sdfprt.light import Light
-from sdfprt.material import Diffuse, Material, Phong
+from sdfprt.material import Diffuse, Material, Phong, name
 from sdfprt.reference import reference_image
 from sdfprt.render import frame
 from sdfprt.scene import Scene
@@ -60,13 +60,11 @@ class BandRow:
 
 def trajectory(camera: Camera, count: int) -> list[Camera]:
     """Views on one turn about the target's vertical, from the camera's own place, rising and sinking a little."""
-    offset = np.subtract(camera.eye, camera.target)
-    radius = np.linalg.norm(offset)
+    radius = np.linalg.norm(np.subtract(camera.eye, camera.target))
     views = []
     for k in range(count):
         turn = 2 * np.pi * k / count
-        c, s = np.cos(turn), np.sin(turn)
-        way = np.array([c * offset[0] + s * offset[2], offset[1], c * offset[2] - s * offset[0]])
+        way = np.subtract(camera.turned(turn).eye, camera.target)
         way[1] += 0.15 * radius * np.sin(2 * turn)
         eye = camera.target + way * radius / np.linalg.norm(way)
         views.append(replace(camera, eye=tuple(eye.tolist())))
@@ -81,12 +79,6 @@ def peak_of(picture: Float[ndarray, "h w 3"], mask: Bool[ndarray, "h w"]) -> flo
 def measure(a: ndarray, b: ndarray, mask: ndarray) -> dict[str, float]:
     """`metrics.compare` over the mask with the reference's (b's) robust peak."""
     return metrics.compare(a, b, mask=mask, peak=peak_of(b, mask))
-
-
-def name(material: Material) -> str:
-    """As on the command line."""
-    parts = ["diffuse" if isinstance(lobe, Diffuse) else f"phong:{lobe.exponent:g}" for lobe in material.lobes]
-    return "+".join(parts)
 
 
 def split(material: Material, width: int, drawn: ndarray, network: ndarray, fine: ndarray, truth: ndarray, mask: ndarray) -> Split:

@@ -31,7 +31,8 @@ from sdfprt.glsl.prepare import Prepared, field_module, prepare
 from sdfprt.glsl.spirv import fingerprint, parse
 from sdfprt.glsl.to_warp import BUDGET, Texture, Translator
 from sdfprt.image import atomic_write
-from sdfprt.material import Material
+from sdfprt.material import Material, parts
+from sdfprt.material import name as material_name
 from sdfprt.material import parse as parse_material
 from sdfprt.resources import folder
 from sdfprt.settings import FromTorch, GridFit
@@ -310,13 +311,9 @@ def _native(
 
 def _material_lines(material: Material) -> list[str]:
     """The [material] of a scene.toml, as `_settings` reads it."""
-    colours = {name: getattr(material, name) for name in ("albedo", "specular") if hasattr(material, name)}
-    kind = "+".join(
-        name
-        for name, part in (("diffuse", "albedo"), (f"phong:{getattr(material, 'exponent', 0):g}", "specular"))
-        if part in colours
-    )
-    return [f'kind = "{kind}"', *(f"{name} = [{', '.join(repr(float(v)) for v in colour)}]" for name, colour in colours.items())]
+    colours = {key: value for key, value in parts(material).items() if key != "exponent"}
+    lines = [f"{key} = [{', '.join(repr(float(v)) for v in colour)}]" for key, colour in colours.items()]
+    return [f'kind = "{material_name(material)}"', *lines]
 
 
 def _read(path: Path) -> str:

@@ -6,15 +6,16 @@ The user's text comes after ours, so its macros cannot touch us; names of ours t
 import functools
 import re
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from sdfprt import sh
-from sdfprt.glsl.prepare import without_comments
+from sdfprt import settings, sh
+from sdfprt.glsl.text import blocks, fours, number, without_comments
 from sdfprt.material import Diffuse, Material
 from sdfprt.network import TransferNet
 from sdfprt.resources import folder
-from sdfprt.scene import Scene
+from sdfprt.scene import NORMAL_STEP, Scene
 
 VERSION = "#version 430"
 SURFACE = ("camera", "trace", "normal", "surface")
@@ -48,37 +49,48 @@ def _quads(count: int) -> int:
     return -(-count // 4)
 
 
-def _literals(values: np.ndarray) -> str:
-    return ",".join(f"{v:.7g}" if "." in f"{v:.7g}" or "e" in f"{v:.7g}" else f"{v:.7g}." for v in values)
-
-
-def _blocks(weight: np.ndarray) -> np.ndarray:
-    """(out, in) as (rows * columns, 16): 4x4 blocks, zero-padded, each column by column."""
-    rows, columns = _quads(weight.shape[0]), _quads(weight.shape[1])
-    padded = np.zeros((4 * rows, 4 * columns), np.float32)
-    padded[: weight.shape[0], : weight.shape[1]] = weight
-    return padded.reshape(rows, 4, columns, 4).transpose(0, 2, 3, 1).reshape(-1, 16)
-
-
 def join(pieces: tuple[str, ...]) -> str:
     """The pieces, each under a #line whose ten-thousands say which piece it is."""
-    return "\n".join(f"#line {10000 * number + 1}\n{piece(name)}" for number, name in enumerate(pieces, 1))
+    return "\n".join(f"#line {10000 * at + 1}\n{piece(name)}" for at, name in enumerate(pieces, 1))
 
 
 def place(message: str, pieces: tuple[str, ...]) -> str:
     """A driver's message with its numbers turned back into `piece.glsl:line`."""
 
     def name(match: re.Match) -> str:
-        number, line = divmod(int(match[1]), 10000)
-        return f"{pieces[number - 1]}.glsl:{line}" if 1 <= number <= len(pieces) else match[0]
+        at, line = divmod(int(match[1]), 10000)
+        return f"{pieces[at - 1]}.glsl:{line}" if 1 <= at <= len(pieces) else match[0]
 
     return re.sub(r"\b0:(\d+)\b", name, message)
 
 
+def flags(scene: Scene) -> list[str]:
+    """What the pieces ask of a scene's text."""
+    return [f"#define HAS_{name}" for name in ("ALBEDO", "EXPONENT") if getattr(scene, f"has_{name.lower()}")]
+
+
+def scene_uniforms(scene: Scene) -> dict[str, Any]:
+    """Uniforms of trace.glsl and normal.glsl."""
+    low, high = scene.bounds
+    return {
+        "boundsLow": low,
+        "boundsHigh": high,
+        "hitDistance": settings.Trace.hit * scene.diagonal,
+        "stepFactor": scene.step,
+        "relaxation": settings.Trace.relaxation,
+        "marchSteps": settings.Trace.steps,
+        "normalStep": NORMAL_STEP * scene.diagonal,
+    }
+
+
+def network_uniforms(net: TransferNet) -> dict[str, Any]:
+    """Uniforms of network.glsl, without the weights."""
+    return {"networkCenter": tuple(map(float, net.center)), "networkExtent": float(net.extent), "networkScale": fours(net.scale)}
+
+
 def surface_fragment(scene: Scene) -> str:
     """The first pass: what each sample sees."""
-    flags = [f"#define HAS_{name}" for name in ("ALBEDO", "EXPONENT") if getattr(scene, f"has_{name.lower()}")]
-    ours = "\n".join([VERSION, *flags, join(SURFACE)])
+    ours = "\n".join([VERSION, *flags(scene), join(SURFACE)])
     return "\n".join([ours, renamed(ours, scene.shader_source), "#line 1", scene.shader_source])
 
 
@@ -106,11 +118,17 @@ def _inputs(net: TransferNet) -> int:
     return 2 + 3 * -(-(net.position_frequencies + net.normal_frequencies) // 2)
 
 
+def block_count(net: TransferNet) -> int:
+    """4x4 blocks of all layers in the texture of weights."""
+    columns = [_inputs(net), *(_quads(w.shape[1]) for w, _ in net.weights[1:])]
+    return sum(_quads(len(b)) * count for (_, b), count in zip(net.weights, columns, strict=True))
+
+
 def weights_texture(net: TransferNet) -> np.ndarray:
     """All weights as (rows, 4 * BLOCKS, 4): 4x4 blocks row of blocks after row, then the biases in fours."""
     matrices = [shader_columns(net), *(w for w, _ in net.weights[1:])]
-    quads = [np.concatenate([_blocks(w) for w in matrices]).reshape(-1, 4)]
-    quads += [np.pad(b, (0, -len(b) % 4)).reshape(-1, 4) for _, b in net.weights]
+    quads = [np.concatenate([blocks(w) for w in matrices]).reshape(-1, 4)]
+    quads += [fours(b) for _, b in net.weights]
     flat = np.concatenate(quads).astype(np.float32)
     return np.pad(flat, ((0, -len(flat) % _TEXELS), (0, 0))).reshape(-1, _TEXELS, 4)
 
@@ -124,7 +142,7 @@ def defines(net: TransferNet, variant: Variant) -> str:
         "WIDTH": _quads(net.weights[0][0].shape[0]),
         "OUTPUTS": _quads(net.bands**2),
         "LAYERS": len(net.weights),
-        "BLOCKS": sum(len(_blocks(w)) for w in (shader_columns(net), *(w for w, _ in net.weights[1:]))),
+        "BLOCKS": block_count(net),
         "RESULT_BANDS": variant.result_bands,
         "RESULTS": _quads(variant.result_bands**2),
         "LIGHT_COUNT": variant.light_bands**2,
@@ -139,9 +157,10 @@ def tau_text(transfer_bands: int, light_bands: int, result_bands: int) -> str:
     tau = sh.triple_product(transfer_bands, light_bands, result_bands)
     i, j, k = np.nonzero(tau)
     index = ",".join(str(int(v)) for v in i + (j << 8) + (k << 16))
+    values = ",".join(number(v, 7) for v in tau[i, j, k])
     return (
         f"#define TAU_COUNT {len(i)}\nconst int tauIndex[{len(i)}] = int[]({index});\n"
-        f"const float tauValue[{len(i)}] = float[]({_literals(tau[i, j, k])});"
+        f"const float tauValue[{len(i)}] = float[]({values});"
     )
 
 

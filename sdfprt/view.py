@@ -14,13 +14,13 @@ from sdfprt import settings
 from sdfprt.asset import Asset
 from sdfprt.camera import Camera
 from sdfprt.errors import SdfprtError
-from sdfprt.export import fixed_uniforms, page_fragment
+from sdfprt.export import page_fragment
 from sdfprt.light import Light, lights
-from sdfprt.material import Diffuse, DiffusePhong, Material, Phong
+from sdfprt.material import Diffuse, DiffusePhong, Material, Phong, parts
 from sdfprt.network import TransferNet
-from sdfprt.render import environment_texture, give, network_of, set_light, texture_3d
+from sdfprt.render import environment_texture, give, network_of, network_texture, set_light, texture_3d
 from sdfprt.scene import Scene
-from sdfprt.shader import VERSION, Variant, lobes_of, piece, weights_texture
+from sdfprt.shader import VERSION, Variant, lobes_of, network_uniforms, piece, scene_uniforms
 
 KEYS = """drag  turn the camera      scroll  closer, farther      R  as at the start
 L  next light              left, right  turn the light   B  light behind the scene
@@ -81,8 +81,7 @@ def _next(material: Material) -> Material:
     """Diffuse, Phong, their sum, and again; colours and exponent are kept where the next one has them."""
     kinds = (Diffuse, Phong, DiffusePhong)
     kind = kinds[(kinds.index(type(material)) + 1) % 3]
-    kept = {name: getattr(material, name) for name in ("albedo", "specular", "exponent") if hasattr(material, name)}
-    return kind(**{name: value for name, value in kept.items() if name in kind.__dataclass_fields__})
+    return kind(**{name: value for name, value in parts(material).items() if name in kind.__dataclass_fields__})
 
 
 def _shinier(material: Material, factor: float) -> Material:
@@ -96,11 +95,9 @@ class Painter:
 
     def __init__(self, gl: moderngl.Context, scene: Scene, net: TransferNet, choices: list[Light]) -> None:
         self.gl, self.scene, self.net, self.choices = gl, scene, net, choices
-        values = weights_texture(net)
-        self.weights = gl.texture(values.shape[1::-1], 4, values.tobytes(), dtype="f4")
-        self.weights.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self.weights = network_texture(gl, net)
         self.volumes = [texture_3d(gl, values) for values in scene.textures.values()]
-        self.maps = [environment_texture(light, gl) for light in choices]
+        self.maps = [environment_texture(gl, light) for light in choices]
         self.programs: dict[int, tuple[moderngl.Program, moderngl.VertexArray]] = {}
 
     def draw(self, look: Look, size: tuple[int, int]) -> None:
@@ -112,17 +109,12 @@ class Painter:
         program, triangle = self.programs[lobes]
         light = self.choices[look.light].rotated(yaw=look.yaw)
         buffers = set_light(program, variant, self.net.bands, light.sh_dered(self.net.bands)[0])
-        right, up, forward = look.camera.axes
-        half = look.camera.half_height
-        for lobe in look.material.lobes:
-            if isinstance(lobe, Diffuse):
-                give(program, baseColour=lobe.albedo)
-            else:
-                give(program, specular=lobe.specular, baseExponent=float(lobe.exponent))
+        names = {"albedo": "baseColour", "exponent": "baseExponent", "specular": "specular"}
+        give(program, **{names[part]: value for part, value in parts(look.material).items()})
         give(
             program,
             eye=look.camera.eye,
-            axes=np.stack([right * half * size[0] / size[1], -up * half, forward]),  # OpenGL's first row is the lowest
+            axes=look.camera.plane(size[0] / size[1]) * [[1], [-1], [1]],  # OpenGL's first row is the lowest
             canvas=size,
             toMap=light.rotation,
             exposure=look.exposure,
@@ -146,9 +138,8 @@ class Painter:
             )
         except moderngl.Error as error:
             raise SdfprtError(f"{self.scene.file}: the OpenGL driver does not take the shader: {error}") from None
-        for name, value in fixed_uniforms(self.scene, self.net).items():
-            give(program, **{name: np.asarray(value) if isinstance(value, list | tuple) else value})
-        give(program, samples=1, once=1, **{name: _VOLUMES + k for k, name in enumerate(self.scene.textures)})
+        textures = {name: _VOLUMES + k for k, name in enumerate(self.scene.textures)}
+        give(program, samples=1, once=1, **scene_uniforms(self.scene), **network_uniforms(self.net), **textures)
         return program, self.gl.vertex_array(program, [])
 
 

@@ -74,10 +74,10 @@ def test_the_background_is_the_light_in_that_direction():
 
 def test_turning_light_camera_and_colours_compiles_nothing():
     render.frame(SCENE, NET, LIGHT, DiffusePhong(), size=(8, 8))
-    before = set(render.renderer()._programs)
+    before = set(render.renderer()._triangles)
     camera = Camera(eye=(2.0, 1.0, 2.0))
     render.frame(SCENE, NET, LIGHT.rotated(yaw=9), DiffusePhong((0.1, 0.2, 0.3), 9.0), camera=camera, size=(8, 8))
-    assert set(render.renderer()._programs) == before
+    assert set(render.renderer()._triangles) == before
 
 
 def test_the_scenes_own_albedo_and_exponent_are_used():

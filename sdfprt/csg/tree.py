@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sdfprt.errors import SdfprtError
+from sdfprt.glsl import text
 
 Vector = Sequence[float] | np.ndarray
 Bounds = tuple[np.ndarray, np.ndarray]
@@ -23,8 +24,7 @@ def number(value: float) -> str:
     value = float(value)
     if not np.isfinite(value):
         raise SdfprtError(f"csg: {value} is not a finite number")
-    text = f"{value:.9g}"
-    return text if any(mark in text for mark in ".e") else text + ".0"
+    return text.number(value)
 
 
 def vector(values: Vector) -> str:

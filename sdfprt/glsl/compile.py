@@ -24,32 +24,33 @@ def _glslang() -> tuple[str, dict[str, str]]:
 
 def compile_glsl(text: str, stage: str = "frag", file: str = "scene.glsl") -> bytes:
     """SPIR-V of a whole shader. Raises GlslError `file:line: message` for the first error, with the others below."""
-    program, environment = _glslang()
     with tempfile.TemporaryDirectory() as folder:
-        source, target = Path(folder) / f"shader.{stage}", Path(folder) / "shader.spv"
-        source.write_text(text)
-        command = [program, "-G100", "--target-env", "opengl", "--aml", "--amb", "-o", str(target), str(source)]
-        try:
-            done = subprocess.run(command, capture_output=True, env=environment, timeout=SECONDS)
-        except subprocess.TimeoutExpired:
-            raise GlslError(f"{file}: compiling took longer than {SECONDS} s and was stopped") from None
-        if done.returncode != 0 or not target.is_file():
-            raise GlslError(explain((done.stdout + done.stderr).decode(errors="replace"), text, file))
+        target = Path(folder) / "shader.spv"
+        said = _run(
+            text, Path(folder) / f"shader.{stage}", file, "-G100", "--target-env", "opengl", "--aml", "--amb", "-o", str(target)
+        )
+        if said is not None or not target.is_file():
+            raise GlslError(explain(said or "", text, file))
         return target.read_bytes()
 
 
 def check_es(text: str, file: str = "scene.glsl") -> None:
     """Raise GlslError where a whole fragment shader that says #version 300 es is not GLSL ES 3.00."""
-    program, environment = _glslang()
     with tempfile.TemporaryDirectory() as folder:
-        source = Path(folder) / "shader.frag"
-        source.write_text(text)
-        try:
-            done = subprocess.run([program, str(source)], capture_output=True, env=environment, timeout=SECONDS)
-        except subprocess.TimeoutExpired:
-            raise GlslError(f"{file}: compiling took longer than {SECONDS} s and was stopped") from None
-    if done.returncode != 0:
-        raise GlslError("not GLSL ES 3.00: " + explain((done.stdout + done.stderr).decode(errors="replace"), text, file))
+        said = _run(text, Path(folder) / "shader.frag", file)
+    if said is not None:
+        raise GlslError("not GLSL ES 3.00: " + explain(said, text, file))
+
+
+def _run(text: str, source: Path, file: str, *options: str) -> str | None:
+    """Write the text to `source` and compile it: None, or what the compiler says against it."""
+    program, environment = _glslang()
+    source.write_text(text)
+    try:
+        done = subprocess.run([program, *options, str(source)], capture_output=True, env=environment, timeout=SECONDS)
+    except subprocess.TimeoutExpired:
+        raise GlslError(f"{file}: compiling took longer than {SECONDS} s and was stopped") from None
+    return None if done.returncode == 0 else (done.stdout + done.stderr).decode(errors="replace")
 
 
 def explain(output: str, text: str, file: str) -> str:

@@ -4,6 +4,7 @@ import re
 from dataclasses import dataclass
 
 from sdfprt.errors import GlslError
+from sdfprt.glsl.text import code_only
 
 # First found is taken; authors differ in case
 _NAMES = (
@@ -23,16 +24,6 @@ class Entry:
     locals: str
     value: str
     note: str
-
-
-def code_only(text: str) -> str:
-    """The text with comments, preprocessor lines and `#if 0` blocks blanked, places kept."""
-    blank = lambda m: re.sub(r"[^\n]", " ", m[0])  # noqa: E731
-    text = re.sub(r"//[^\n]*|/\*.*?\*/", blank, text, flags=re.S)
-    text = re.sub(
-        r"^[ \t]*#[ \t]*if[ \t]+0\b(?:(?!^[ \t]*#).)*(?=^[ \t]*#[ \t]*(?:else|elif|endif))", blank, text, flags=re.M | re.S
-    )
-    return re.sub(r"^[ \t]*#(?:[^\n]*\\\n)*[^\n]*", blank, text, flags=re.M)
 
 
 def find_entry(bare: str, file: str) -> Entry:

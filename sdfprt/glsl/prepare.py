@@ -6,7 +6,8 @@ from pathlib import Path
 
 from sdfprt.errors import GlslError
 from sdfprt.glsl.compile import compile_glsl
-from sdfprt.glsl.entry import code_only, find_entry, without_mains
+from sdfprt.glsl.entry import find_entry, without_mains
+from sdfprt.glsl.text import code_only, without_comments
 from sdfprt.resources import folder
 
 VERSION = "#version 430\n"
@@ -53,12 +54,6 @@ class Prepared:
     notes: tuple[str, ...]
     has_albedo: bool
     has_exponent: bool
-
-
-def without_comments(text: str) -> str:
-    """The text with comments blanked, lines kept."""
-    blank = lambda m: re.sub(r"[^\n]", " ", m[0])  # noqa: E731
-    return re.sub(r"//[^\n]*|/\*.*?\*/", blank, text, flags=re.S)
 
 
 def _plain(text: str) -> str:

@@ -15,6 +15,7 @@ from sdfprt.errors import SdfprtError
 from sdfprt.glsl.operations import writes_memory
 from sdfprt.glsl.spirv import Function, Instruction, Module
 from sdfprt.glsl.structure import Edge, Exit, If, Loop, Node, Straight, Switch, exits, instructions, structure
+from sdfprt.glsl.text import number
 
 _SCALARS = ("float", "int", "uint", "bool")
 _SIGNS = {
@@ -169,12 +170,10 @@ class _Module:
         if kind == "int":
             value = struct.unpack("i", struct.pack("I", bits))[0]
             return str(value) if value >= 0 else f"({value})" if value > -(2**31) else "int(0x80000000u)"
-        number = struct.unpack("f", struct.pack("I", bits))[0]
-        if not np.isfinite(number):
+        value = struct.unpack("f", struct.pack("I", bits))[0]
+        if not np.isfinite(value):
             return f"uintBitsToFloat({bits}u)"
-        text = f"{number:.9g}"
-        text = text if "." in text or "e" in text else f"{text}.0"
-        return text if number >= 0 else f"({text})"
+        return number(value) if value >= 0 else f"({number(value)})"
 
 
 class _Writer:

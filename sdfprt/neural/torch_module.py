@@ -22,7 +22,8 @@ from torch.utils._python_dispatch import TorchDispatchMode
 from sdfprt import field, grid
 from sdfprt.errors import SdfprtError
 from sdfprt.field import Box
-from sdfprt.neural.write import Value, Writer, number
+from sdfprt.glsl.text import number
+from sdfprt.neural.write import Value, Writer
 from sdfprt.scene import Scene
 from sdfprt.settings import FromTorch, GridFit
 

@@ -11,6 +11,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from sdfprt.glsl.text import blocks, fours, number, vector
+
 
 @dataclass(frozen=True)
 class Value:
@@ -22,18 +24,6 @@ class Value:
     @property
     def quads(self) -> int:
         return -(-self.width // 4)
-
-
-def number(x: float | np.floating, digits: int = 9) -> str:
-    """A GLSL float literal."""
-    text = f"{float(x):.{digits}g}"
-    return text if "." in text or "e" in text else f"{text}."
-
-
-def vector(values: ndarray, digits: int = 9) -> str:
-    """`vec3(...)` of three values, `vec4` of four, `mat4` of sixteen."""
-    kind = {3: "vec3", 4: "vec4", 16: "mat4"}[len(values)]
-    return f"{kind}({','.join(number(v, digits) for v in values)})"
 
 
 @dataclass
@@ -59,11 +49,11 @@ class Writer:
     ) -> Value:
         """activation(bias + sum of matrix times value); `activation` is an expression of the vec4 t."""
         made = self._new(len(bias))
-        self._table(f"b{made.name}", _fours(bias), "vec4")
+        self._table(f"b{made.name}", fours(bias), "vec4")
         sums = []
         for k, (value, matrix) in enumerate(terms):
             name, q = f"w{made.name}{chr(97 + k) if k else ''}", value.quads
-            self._table(name, _blocks(matrix, made.quads, q), "mat4")
+            self._table(name, blocks(matrix), "mat4")
             self.weights += matrix.size
             if q == 1:
                 sums.append(f"t += {name}[i] * {value.name}[0];")
@@ -86,7 +76,7 @@ class Writer:
         self.lines.append(f"float d = {number(bias, self.digits)};")
         for k, (value, row) in enumerate(terms):
             name = f"wd{chr(97 + k) if k else ''}"
-            self._table(name, _fours(row), "vec4")
+            self._table(name, fours(row), "vec4")
             self.weights += row.size
             self.lines.append(f"for (int i = 0; i < {value.quads}; i++) d += dot({name}[i], {value.name}[i]);")
         self.lines.append("return d;" if scale == 1 else f"return {number(scale)} * d;")
@@ -104,15 +94,3 @@ class Writer:
     def _table(self, name: str, rows: ndarray, kind: str) -> None:
         values = ",\n    ".join(vector(row, self.digits) for row in rows)
         self.constants.append(f"const {kind} {name}[{len(rows)}] = {kind}[](\n    {values});")
-
-
-def _fours(values: ndarray) -> Float[ndarray, "n 4"]:
-    """Zero-padded rows of four."""
-    return np.pad(values, (0, -len(values) % 4)).reshape(-1, 4)
-
-
-def _blocks(matrix: ndarray, rows: int, columns: int) -> Float[ndarray, "n 16"]:
-    """(out, in) as 4x4 blocks, zero-padded, row of blocks after row, each column by column."""
-    padded = np.zeros((4 * rows, 4 * columns))
-    padded[: matrix.shape[0], : matrix.shape[1]] = matrix
-    return padded.reshape(rows, 4, columns, 4).transpose(0, 2, 3, 1).reshape(-1, 16)

@@ -47,7 +47,7 @@ class Picture(StrEnum):
 
 
 # Flags that several verbs share
-SceneName = Annotated[str, typer.Argument(metavar="SCENE", help="A library name, a .glsl file or a scene folder.")]
+SceneName = Annotated[str, typer.Argument(metavar="SCENE", help="A library name, a .glsl or .py file, or a scene folder.")]
 LightName = Annotated[str, typer.Option("--light", help="A library light, or an .exr, .hdr or .png file.")]
 Yaw = Annotated[float, typer.Option("--yaw", help="Turn the light about +y, degrees.")]
 MaterialName = Annotated[
@@ -274,7 +274,7 @@ def render(
 
 @app.command("render-set")
 def render_set(
-    scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="Library names, .glsl files, scene folders.")],
+    scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="Library names, .glsl or .py files, scene folders.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the pictures and manifest.json.")],
     light: Annotated[list[str] | None, typer.Option(help="As of `render`; several times for several lights.")] = None,
     yaw: Annotated[list[float] | None, typer.Option(help="Degrees; several times for several.")] = None,

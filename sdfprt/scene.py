@@ -9,7 +9,9 @@ from __future__ import annotations
 import functools
 import hashlib
 import json
+import runpy
 import tomllib
+import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from dataclasses import field as default
@@ -77,7 +79,10 @@ class Scene:
 
     @classmethod
     def load(cls, source: str | Path) -> Scene:
-        """A library scene by name, a .glsl file, or a folder with sdf.glsl and scene.toml.
+        """A library scene by name, a .glsl file, a .py file, or a folder with sdf.glsl and scene.toml, or with scene.py.
+
+        A Python file is run, with all that it may do, so name only those that you trust; its `scene` is a csg solid or a
+        Scene. A folder with sdf.glsl runs nothing.
 
         What scene.toml leaves out is measured: `bounds` where the default box misses the surface, `offset` where the
         distance is never negative, `step` where it overestimates. Nothing is, where it gives `step`.
@@ -88,14 +93,20 @@ class Scene:
             path = folder("sdf_library") / path
         if path.is_dir():
             if not (path / "sdf.glsl").is_file():
-                raise SdfprtError(f"{path}: a scene folder needs the file sdf.glsl")
+                if (path / "scene.py").is_file():
+                    return _run(path / "scene.py", path.resolve().name, _settings(path))
+                raise SdfprtError(f"{path}: a scene folder needs the file sdf.glsl or scene.py")
             given = _settings(path)
             scene = cls(**{"glsl": _read(path / "sdf.glsl"), "name": path.resolve().name, **given, "folder": path})
             return scene._measured(given)
+        if path.is_file() and path.suffix == ".py":
+            return _run(path, path.stem if path.stem != "scene" else path.resolve().parent.name, {})
         if path.is_file():
             scene = cls(glsl=_read(path), name=path.stem, file=path.name, folder=path.resolve().parent)
             return scene._measured({})
-        raise SdfprtError(f"{source}: no such scene; there are {', '.join(library())}, or give a .glsl file or a scene folder")
+        raise SdfprtError(
+            f"{source}: no such scene; there are {', '.join(library())}, or give a .glsl or .py file or a scene folder"
+        )
 
     @classmethod
     def from_torch(
@@ -319,6 +330,25 @@ def _material_lines(material: Material) -> list[str]:
 def _read(path: Path) -> str:
     """GLSL text; bytes that are not UTF-8 can only stand in comments, and do not matter there."""
     return path.read_text(errors="replace")
+
+
+def _run(path: Path, name: str, given: dict) -> Scene:
+    """The `scene` that a Python file defines, with what scene.toml says; what a solid leaves out is measured."""
+    from sdfprt.csg.tree import Solid
+
+    try:
+        made = runpy.run_path(str(path), run_name=name).get("scene")
+        if isinstance(made, Solid):
+            made = made.scene(**{"file": path.name, **given})._measured({"bounds": made.bounds, **given})
+    except SdfprtError as error:
+        raise SdfprtError(f"{path}: {error}") from None
+    except (Exception, SystemExit) as error:  # whatever the user's file may raise
+        lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
+        line = getattr(error, "lineno", None) if isinstance(error, SyntaxError) else lines[-1] if lines else None
+        raise SdfprtError(f"{path}{f':{line}' if line else ''}: {type(error).__name__}: {error}") from None
+    if not isinstance(made, Scene):
+        raise SdfprtError(f"{path}: defines no `scene`: a solid of sdfprt.csg or an sdfprt.Scene")
+    return replace(made, **{"name": name, "folder": path.resolve().parent, **given})
 
 
 def _settings(path: Path) -> dict:

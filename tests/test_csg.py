@@ -8,6 +8,7 @@ import pytest
 from sdfprt import Scene, SdfprtError, csg
 from sdfprt.csg import shapes, solids
 from sdfprt.csg.tree import Shape2, Solid
+from sdfprt.exact import colours
 
 SPACING = 4.0
 
@@ -87,3 +88,16 @@ def test_faults_are_named():
         csg.plane().scene()
     with pytest.raises(SdfprtError, match="negative"):
         csg.sphere().union(csg.box(), k=-1)
+
+
+def test_colours_go_to_the_nearest_solid_and_leave_the_distance_alone():
+    left, right = (
+        csg.sphere(0.3).translate((-0.4, 0, 0)),
+        csg.box((0.4, 0.4, 0.4)).translate((0.4, 0, 0)).repeat((0, 0.5, 0), (1, 2, 1)),
+    )
+    plain, painted = (left | right).scene(), (left | right).scene(colours=[(left, (0.9, 0.1, 0.0)), (right, (0.0, 0.2, 0.8))])
+    p = np.random.default_rng(0).uniform(-0.8, 0.8, (400, 3)).astype(np.float32)
+    albedo, _ = colours(painted, p, painted.normal(p))
+    nearer = left.scene().distance(p) < right.scene().distance(p)
+    np.testing.assert_allclose(albedo, np.where(nearer[:, None], (0.9, 0.1, 0.0), (0.0, 0.2, 0.8)), rtol=0, atol=1e-6)
+    assert painted.hash == plain.hash  # weights of the one serve the other

@@ -213,11 +213,27 @@ class Solid(_Shape):
     @property
     def glsl(self) -> str:
         """The scene as GLSL text with `float sdf(vec3 p)`."""
-        writer = Writer()
-        return writer.text(self.write(writer, "p"))
+        return self.text()
 
-    def scene(self, margin: float = 0.05, **settings):
-        """A Scene of this solid; its bounds grow by `margin` of their diagonal. Raises SdfprtError where they are infinite."""
+    def text(self, colours: Sequence[tuple[Solid, Vector]] = ()) -> str:
+        """`glsl` and, with `colours`, `vec3 albedo(vec3 p, vec3 n)`: at each point the colour of the solid nearest to it."""
+        writer = Writer()
+        if not colours:
+            return writer.text(self.write(writer, "p"))
+        result = self.write(writer, "p")
+        body, writer.body = writer.body, []
+        parts = [(writer.function("vec3", solid.write), vector(colour)) for solid, colour in colours]
+        writer.body = body
+        pick = [f"    d = {name}(p);\n    if (d < nearest) {{ nearest = d; colour = {colour}; }}" for name, colour in parts]
+        head = ["vec3 albedo(vec3 p, vec3 n) {", "    float nearest = 1e9, d;", "    vec3 colour = vec3(0.5);"]
+        writer.functions.append("\n".join([*head, *pick, "    return colour;", "}"]))
+        return writer.text(result)
+
+    def scene(self, margin: float = 0.05, colours: Sequence[tuple[Solid, Vector]] = (), **settings):
+        """A Scene of this solid; its bounds grow by `margin` of their diagonal. `colours` as in `text`.
+
+        Raises SdfprtError where the bounds are infinite.
+        """
         from sdfprt.scene import Scene
 
         low, high = self.bounds
@@ -225,7 +241,7 @@ class Solid(_Shape):
             raise SdfprtError("csg: the solid is infinite; intersect it with a box, or give Scene(glsl=..., bounds=...)")
         grow = margin * float(np.linalg.norm(high - low))
         bounds = (tuple((low - grow).tolist()), tuple((high + grow).tolist()))
-        return Scene(**{"glsl": self.glsl, "bounds": bounds, **settings})
+        return Scene(**{"glsl": self.text(colours), "bounds": bounds, **settings})
 
     def _turned(self, matrix: np.ndarray) -> Solid:
         moved = _corners(self.bounds) @ matrix.T

@@ -1,0 +1,508 @@
+#include "lib/operators.glsl"
+#include "lib/solids.glsl"
+
+const vec2 polygon7Corners[3] = vec2[3](vec2(0.4, -0.46), vec2(0.55, -0.46), vec2(0.4, -0.1));
+float polygon7(vec2 p) {
+    float d = 1e9, side = 1.0;
+    for (int i = 0; i < 3; i++) {
+        vec2 a = polygon7Corners[i], b = polygon7Corners[(i + 1) % 3];
+        vec2 edge = b - a, q = p - a;
+        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
+        d = min(d, dot(away, away));
+        bool crosses = (a.y > p.y) != (b.y > p.y);
+        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
+    }
+    return side * sqrt(d);
+}
+
+float part30(vec3 p) {
+    vec3 p29 = p - vec3(0.235, 0.0, 0.0);
+    return (length(p29) - 0.058);
+}
+
+float polar31(vec3 p) {
+    float sector = 0.698131701;
+    float home = round(atan(p.z, p.x) / sector);
+    float d = 1e9;
+    for (int i = -1; i <= 1; i++) {
+        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
+        d = min(d, part30(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    }
+    return d;
+}
+
+float part40(vec3 p) {
+    vec3 p39 = p - vec3(0.235, 0.0, 0.0);
+    return (length(p39) - 0.064);
+}
+
+float polar41(vec3 p) {
+    float sector = 0.698131701;
+    float home = round(atan(p.z, p.x) / sector);
+    float d = 1e9;
+    for (int i = -1; i <= 1; i++) {
+        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
+        d = min(d, part40(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    }
+    return d;
+}
+
+const vec2 polygon45Corners[6] = vec2[6](vec2(3.061617e-18, 0.05), vec2(-0.0433012702, 0.025), vec2(-0.0433012702, -0.025), vec2(-9.18485099e-18, -0.05), vec2(0.0433012702, -0.025), vec2(0.0433012702, 0.025));
+float polygon45(vec2 p) {
+    float d = 1e9, side = 1.0;
+    for (int i = 0; i < 6; i++) {
+        vec2 a = polygon45Corners[i], b = polygon45Corners[(i + 1) % 6];
+        vec2 edge = b - a, q = p - a;
+        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
+        d = min(d, dot(away, away));
+        bool crosses = (a.y > p.y) != (b.y > p.y);
+        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
+    }
+    return side * sqrt(d);
+}
+
+const vec2 polygon56Corners[6] = vec2[6](vec2(4.77612252e-18, 0.078), vec2(-0.0675499815, 0.039), vec2(-0.0675499815, -0.039), vec2(-1.43283676e-17, -0.078), vec2(0.0675499815, -0.039), vec2(0.0675499815, 0.039));
+float polygon56(vec2 p) {
+    float d = 1e9, side = 1.0;
+    for (int i = 0; i < 6; i++) {
+        vec2 a = polygon56Corners[i], b = polygon56Corners[(i + 1) % 6];
+        vec2 edge = b - a, q = p - a;
+        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
+        d = min(d, dot(away, away));
+        bool crosses = (a.y > p.y) != (b.y > p.y);
+        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
+    }
+    return side * sqrt(d);
+}
+
+const vec2 polygon66Corners[4] = vec2[4](vec2(-0.13, -0.01), vec2(0.13, -0.01), vec2(0.11, 0.01), vec2(-0.11, 0.01));
+float polygon66(vec2 p) {
+    float d = 1e9, side = 1.0;
+    for (int i = 0; i < 4; i++) {
+        vec2 a = polygon66Corners[i], b = polygon66Corners[(i + 1) % 4];
+        vec2 edge = b - a, q = p - a;
+        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
+        d = min(d, dot(away, away));
+        bool crosses = (a.y > p.y) != (b.y > p.y);
+        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
+    }
+    return side * sqrt(d);
+}
+
+const vec2 polygon69Corners[4] = vec2[4](vec2(-0.11, -0.01), vec2(0.11, -0.01), vec2(0.13, 0.01), vec2(-0.13, 0.01));
+float polygon69(vec2 p) {
+    float d = 1e9, side = 1.0;
+    for (int i = 0; i < 4; i++) {
+        vec2 a = polygon69Corners[i], b = polygon69Corners[(i + 1) % 4];
+        vec2 edge = b - a, q = p - a;
+        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
+        d = min(d, dot(away, away));
+        bool crosses = (a.y > p.y) != (b.y > p.y);
+        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
+    }
+    return side * sqrt(d);
+}
+
+const vec2 polygon78Corners[104] = vec2[104](vec2(0.499416113, -0.0241566898), vec2(0.499416113, 0.0241566898), vec2(0.423883589, 0.0307847901), vec2(0.418933584, 0.0715517426), vec2(0.490685063, 0.0960633587), vec2(0.479122915, 0.142972839), vec2(0.404199019, 0.131332223), vec2(0.389636683, 0.169729948), vec2(0.45343718, 0.210700554), vec2(0.430984833, 0.253479927), vec2(0.361023872, 0.224247104), vec2(0.337695514, 0.258044066), vec2(0.389837177, 0.313092599), vec2(0.35779948, 0.349255683), vec2(0.29686733, 0.304129558), vec2(0.266128709, 0.3313616), vec2(0.303581254, 0.39728884), vec2(0.263820122, 0.424733968), vec2(0.215457938, 0.366337108), vec2(0.179095471, 0.385421603), vec2(0.199682292, 0.458396098), vec2(0.154508497, 0.475528258), vec2(0.121526913, 0.407254477), vec2(0.0816538549, 0.417082304), vec2(0.0841785207, 0.49286304), vec2(0.0362174001, 0.498686575), vec2(0.0205331863, 0.424503696), vec2(-0.0205331863, 0.424503696), vec2(-0.0362174001, 0.498686575), vec2(-0.0841785207, 0.49286304), vec2(-0.0816538549, 0.417082304), vec2(-0.121526913, 0.407254477), vec2(-0.154508497, 0.475528258), vec2(-0.199682292, 0.458396098), vec2(-0.179095471, 0.385421603), vec2(-0.215457938, 0.366337108), vec2(-0.263820122, 0.424733968), vec2(-0.303581254, 0.39728884), vec2(-0.266128709, 0.3313616), vec2(-0.29686733, 0.304129558), vec2(-0.35779948, 0.349255683), vec2(-0.389837177, 0.313092599), vec2(-0.337695514, 0.258044066), vec2(-0.361023872, 0.224247104), vec2(-0.430984833, 0.253479927), vec2(-0.45343718, 0.210700554), vec2(-0.389636683, 0.169729948), vec2(-0.404199019, 0.131332223), vec2(-0.479122915, 0.142972839), vec2(-0.490685063, 0.0960633587), vec2(-0.418933584, 0.0715517426), vec2(-0.423883589, 0.0307847901), vec2(-0.499416113, 0.0241566898), vec2(-0.499416113, -0.0241566898), vec2(-0.423883589, -0.0307847901), vec2(-0.418933584, -0.0715517426), vec2(-0.490685063, -0.0960633587), vec2(-0.479122915, -0.142972839), vec2(-0.404199019, -0.131332223), vec2(-0.389636683, -0.169729948), vec2(-0.45343718, -0.210700554), vec2(-0.430984833, -0.253479927), vec2(-0.361023872, -0.224247104), vec2(-0.337695514, -0.258044066), vec2(-0.389837177, -0.313092599), vec2(-0.35779948, -0.349255683), vec2(-0.29686733, -0.304129558), vec2(-0.266128709, -0.3313616), vec2(-0.303581254, -0.39728884), vec2(-0.263820122, -0.424733968), vec2(-0.215457938, -0.366337108), vec2(-0.179095471, -0.385421603), vec2(-0.199682292, -0.458396098), vec2(-0.154508497, -0.475528258), vec2(-0.121526913, -0.407254477), vec2(-0.0816538549, -0.417082304), vec2(-0.0841785207, -0.49286304), vec2(-0.0362174001, -0.498686575), vec2(-0.0205331863, -0.424503696), vec2(0.0205331863, -0.424503696), vec2(0.0362174001, -0.498686575), vec2(0.0841785207, -0.49286304), vec2(0.0816538549, -0.417082304), vec2(0.121526913, -0.407254477), vec2(0.154508497, -0.475528258), vec2(0.199682292, -0.458396098), vec2(0.179095471, -0.385421603), vec2(0.215457938, -0.366337108), vec2(0.263820122, -0.424733968), vec2(0.303581254, -0.39728884), vec2(0.266128709, -0.3313616), vec2(0.29686733, -0.304129558), vec2(0.35779948, -0.349255683), vec2(0.389837177, -0.313092599), vec2(0.337695514, -0.258044066), vec2(0.361023872, -0.224247104), vec2(0.430984833, -0.253479927), vec2(0.45343718, -0.210700554), vec2(0.389636683, -0.169729948), vec2(0.404199019, -0.131332223), vec2(0.479122915, -0.142972839), vec2(0.490685063, -0.0960633587), vec2(0.418933584, -0.0715517426), vec2(0.423883589, -0.0307847901));
+float polygon78(vec2 p) {
+    float d = 1e9, side = 1.0;
+    for (int i = 0; i < 104; i++) {
+        vec2 a = polygon78Corners[i], b = polygon78Corners[(i + 1) % 104];
+        vec2 edge = b - a, q = p - a;
+        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
+        d = min(d, dot(away, away));
+        bool crosses = (a.y > p.y) != (b.y > p.y);
+        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
+    }
+    return side * sqrt(d);
+}
+
+float part86(vec3 p) {
+    vec3 p84 = p - vec3(0.285, 0.0, 0.0);
+    vec2 p85 = vec2(length(p84.xz) - 0.0, p84.y);
+    return (length(max(abs(p85) - vec2(0.07, 0.5), 0.0)) + min(max((abs(p85) - vec2(0.07, 0.5)).x, (abs(p85) - vec2(0.07, 0.5)).y), 0.0));
+}
+
+float polar87(vec3 p) {
+    float sector = 1.04719755;
+    float home = round(atan(p.z, p.x) / sector);
+    float d = 1e9;
+    for (int i = -1; i <= 1; i++) {
+        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
+        d = min(d, part86(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    }
+    return d;
+}
+
+const vec2 polygon99Corners[3] = vec2[3](vec2(0.4, -0.46), vec2(0.55, -0.46), vec2(0.4, -0.1));
+float polygon99(vec2 p) {
+    float d = 1e9, side = 1.0;
+    for (int i = 0; i < 3; i++) {
+        vec2 a = polygon99Corners[i], b = polygon99Corners[(i + 1) % 3];
+        vec2 edge = b - a, q = p - a;
+        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
+        d = min(d, dot(away, away));
+        bool crosses = (a.y > p.y) != (b.y > p.y);
+        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
+    }
+    return side * sqrt(d);
+}
+
+float part116(vec3 p) {
+    vec3 p93 = p - vec3(0.0, 0.05, 0.0);
+    vec2 p94 = p93.xy;
+    vec2 p95 = p94 - vec2(0.0, -0.27);
+    vec3 p96 = p - vec3(0.0, -0.46, 0.0);
+    vec3 p97 = vec3(abs(p.x), p.y, p.z);
+    vec2 p98 = p97.xy;
+    vec3 p100 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p101 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p100;
+    vec2 p102 = vec2(length(p101.xz) - 0.0, p101.y);
+    vec3 p103 = vec3(abs(p.x), p.y, p.z);
+    vec3 p104 = p103 - vec3(0.63, -0.46, 0.0);
+    vec2 p105 = vec2(length(p104.xz) - 0.0, p104.y);
+    vec3 p106 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p107 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p106;
+    vec2 p108 = vec2(length(p107.xz) - 0.365, p107.y);
+    vec3 p109 = p - vec3(0.58, 0.57, -0.47);
+    vec3 p110 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p111 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p110;
+    vec2 p112 = vec2(length(p111.xz) - 0.305, p111.y);
+    vec2 p113 = vec2(length(p111.xz) - 0.235, p111.y);
+    vec3 p114 = p - vec3(0.58, 0.57, -0.47);
+    vec3 p115 = p - vec3(0.58, 0.57, -0.47);
+    return max(min(max(min(max(max(opSmoothUnion(opSmoothUnion((opExtrude(opSmoothUnion((length(p94) - 0.44), (length(max(abs(p95) - vec2(0.44, 0.25), 0.0)) + min(max((abs(p95) - vec2(0.44, 0.25)).x, (abs(p95) - vec2(0.44, 0.25)).y), 0.0)), 0.05), p93.z, 0.15) - 0.015), (sdBox3(p96, vec3(0.72, 0.03, 0.15)) - 0.03), 0.06), (opExtrude(polygon99(p98), p97.z, 0.035) - 0.012), 0.03), -((length(max(abs(p102) - vec2(0.345, 0.5), 0.0)) + min(max((abs(p102) - vec2(0.345, 0.5)).x, (abs(p102) - vec2(0.345, 0.5)).y), 0.0)))), -((length(max(abs(p105) - vec2(0.055, 0.2), 0.0)) + min(max((abs(p105) - vec2(0.055, 0.2)).x, (abs(p105) - vec2(0.055, 0.2)).y), 0.0)))), ((length(max(abs(p108) - vec2(0.01, 0.18), 0.0)) + min(max((abs(p108) - vec2(0.01, 0.18)).x, (abs(p108) - vec2(0.01, 0.18)).y), 0.0)) - 0.01)), -(sdBox3(p109, vec3(0.5, 0.5, 0.5)))), max(max(((length(max(abs(p112) - vec2(0.028, 0.118), 0.0)) + min(max((abs(p112) - vec2(0.028, 0.118)).x, (abs(p112) - vec2(0.028, 0.118)).y), 0.0)) - 0.012), -((length(p113) - 0.062))), -(sdBox3(p114, vec3(0.5, 0.5, 0.5))))), (sdBox3(p115, vec3(0.5, 0.5, 0.5)) - 0.004));
+}
+
+const vec2 polygon123Corners[3] = vec2[3](vec2(0.4, -0.46), vec2(0.55, -0.46), vec2(0.4, -0.1));
+float polygon123(vec2 p) {
+    float d = 1e9, side = 1.0;
+    for (int i = 0; i < 3; i++) {
+        vec2 a = polygon123Corners[i], b = polygon123Corners[(i + 1) % 3];
+        vec2 edge = b - a, q = p - a;
+        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
+        d = min(d, dot(away, away));
+        bool crosses = (a.y > p.y) != (b.y > p.y);
+        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
+    }
+    return side * sqrt(d);
+}
+
+float part134(vec3 p) {
+    vec3 p117 = p - vec3(0.0, 0.05, 0.0);
+    vec2 p118 = p117.xy;
+    vec2 p119 = p118 - vec2(0.0, -0.27);
+    vec3 p120 = p - vec3(0.0, -0.46, 0.0);
+    vec3 p121 = vec3(abs(p.x), p.y, p.z);
+    vec2 p122 = p121.xy;
+    vec3 p124 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p125 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p124;
+    vec2 p126 = vec2(length(p125.xz) - 0.0, p125.y);
+    vec3 p127 = vec3(abs(p.x), p.y, p.z);
+    vec3 p128 = p127 - vec3(0.63, -0.46, 0.0);
+    vec2 p129 = vec2(length(p128.xz) - 0.0, p128.y);
+    vec3 p130 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p131 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p130;
+    vec2 p132 = vec2(length(p131.xz) - 0.365, p131.y);
+    vec3 p133 = p - vec3(0.58, 0.57, -0.47);
+    return max(min(max(max(opSmoothUnion(opSmoothUnion((opExtrude(opSmoothUnion((length(p118) - 0.44), (length(max(abs(p119) - vec2(0.44, 0.25), 0.0)) + min(max((abs(p119) - vec2(0.44, 0.25)).x, (abs(p119) - vec2(0.44, 0.25)).y), 0.0)), 0.05), p117.z, 0.15) - 0.015), (sdBox3(p120, vec3(0.72, 0.03, 0.15)) - 0.03), 0.06), (opExtrude(polygon123(p122), p121.z, 0.035) - 0.012), 0.03), -((length(max(abs(p126) - vec2(0.345, 0.5), 0.0)) + min(max((abs(p126) - vec2(0.345, 0.5)).x, (abs(p126) - vec2(0.345, 0.5)).y), 0.0)))), -((length(max(abs(p129) - vec2(0.055, 0.2), 0.0)) + min(max((abs(p129) - vec2(0.055, 0.2)).x, (abs(p129) - vec2(0.055, 0.2)).y), 0.0)))), ((length(max(abs(p132) - vec2(0.01, 0.18), 0.0)) + min(max((abs(p132) - vec2(0.01, 0.18)).x, (abs(p132) - vec2(0.01, 0.18)).y), 0.0)) - 0.01)), -(sdBox3(p133, vec3(0.5, 0.5, 0.5))));
+}
+
+const vec2 polygon151Corners[6] = vec2[6](vec2(4.77612252e-18, 0.078), vec2(-0.0675499815, 0.039), vec2(-0.0675499815, -0.039), vec2(-1.43283676e-17, -0.078), vec2(0.0675499815, -0.039), vec2(0.0675499815, 0.039));
+float polygon151(vec2 p) {
+    float d = 1e9, side = 1.0;
+    for (int i = 0; i < 6; i++) {
+        vec2 a = polygon151Corners[i], b = polygon151Corners[(i + 1) % 6];
+        vec2 edge = b - a, q = p - a;
+        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
+        d = min(d, dot(away, away));
+        bool crosses = (a.y > p.y) != (b.y > p.y);
+        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
+    }
+    return side * sqrt(d);
+}
+
+const vec2 polygon161Corners[4] = vec2[4](vec2(-0.13, -0.01), vec2(0.13, -0.01), vec2(0.11, 0.01), vec2(-0.11, 0.01));
+float polygon161(vec2 p) {
+    float d = 1e9, side = 1.0;
+    for (int i = 0; i < 4; i++) {
+        vec2 a = polygon161Corners[i], b = polygon161Corners[(i + 1) % 4];
+        vec2 edge = b - a, q = p - a;
+        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
+        d = min(d, dot(away, away));
+        bool crosses = (a.y > p.y) != (b.y > p.y);
+        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
+    }
+    return side * sqrt(d);
+}
+
+const vec2 polygon164Corners[4] = vec2[4](vec2(-0.11, -0.01), vec2(0.11, -0.01), vec2(0.13, 0.01), vec2(-0.13, 0.01));
+float polygon164(vec2 p) {
+    float d = 1e9, side = 1.0;
+    for (int i = 0; i < 4; i++) {
+        vec2 a = polygon164Corners[i], b = polygon164Corners[(i + 1) % 4];
+        vec2 edge = b - a, q = p - a;
+        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
+        d = min(d, dot(away, away));
+        bool crosses = (a.y > p.y) != (b.y > p.y);
+        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
+    }
+    return side * sqrt(d);
+}
+
+float part168(vec3 p) {
+    vec3 p135 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p136 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p135;
+    vec2 p137 = vec2(length(p136.xz) - 0.305, p136.y);
+    vec2 p138 = vec2(length(p136.xz) - 0.235, p136.y);
+    vec3 p139 = p - vec3(0.58, 0.57, -0.47);
+    vec3 p140 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p141 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p140;
+    vec2 p142 = vec2(length(p141.xz) - 0.165, p141.y);
+    vec2 p143 = vec2(length(p141.xz) - 0.235, p141.y);
+    vec3 p144 = vec3(abs(p.x), p.y, p.z);
+    vec3 p145 = p144 - vec3(0.63, 0.0, 0.0);
+    vec3 p146 = p145 - vec3(0.0, -0.388, 0.0);
+    vec2 p147 = vec2(length(p146.xz) - 0.0, p146.y);
+    vec3 p148 = p145 - vec3(0.0, -0.342, 0.0);
+    vec3 p149 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, 1.0, 0.0, -1.0, 1.11022302e-16) * p148;
+    vec2 p150 = p149.xy;
+    vec3 p152 = p148 - vec3(0.0, -0.018, 0.0);
+    vec3 p153 = p145 - vec3(0.0, -0.45, 0.0);
+    vec2 p154 = vec2(length(p153.xz) - 0.0, p153.y);
+    vec3 p155 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p156 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p155;
+    vec3 p157 = p156 - vec3(0.0, 0.13, 0.0);
+    vec2 p158 = vec2(length(p157.xz) - 0.0, p157.y);
+    vec3 p159 = p156 - vec3(0.0, 0.69, 0.0);
+    vec2 p160 = vec2(length(p159.xz) - 0.0, p159.y);
+    vec3 p162 = p156 - vec3(0.0, -0.43, 0.0);
+    vec2 p163 = vec2(length(p162.xz) - 0.0, p162.y);
+    vec3 p165 = p156 - vec3(0.0, 0.19, 0.0);
+    vec2 p166 = vec2(length(p165.xz) - 0.1325, p165.y);
+    vec3 p167 = p156 - vec3(0.0, -0.38, -0.13);
+    return min(min(min(max(max(((length(max(abs(p137) - vec2(0.028, 0.118), 0.0)) + min(max((abs(p137) - vec2(0.028, 0.118)).x, (abs(p137) - vec2(0.028, 0.118)).y), 0.0)) - 0.012), -((length(p138) - 0.062))), -(sdBox3(p139, vec3(0.5, 0.5, 0.5)))), max(((length(max(abs(p142) - vec2(0.023, 0.118), 0.0)) + min(max((abs(p142) - vec2(0.023, 0.118)).x, (abs(p142) - vec2(0.023, 0.118)).y), 0.0)) - 0.012), -((length(p143) - 0.062)))), min(min(((length(max(abs(p147) - vec2(0.089, 0.006), 0.0)) + min(max((abs(p147) - vec2(0.089, 0.006)).x, (abs(p147) - vec2(0.089, 0.006)).y), 0.0)) - 0.006), max(opExtrude(polygon151(p150), p149.z, 0.035), (length(p152) - 0.093))), (length(max(abs(p154) - vec2(0.05, 0.1), 0.0)) + min(max((abs(p154) - vec2(0.05, 0.1)).x, (abs(p154) - vec2(0.05, 0.1)).y), 0.0)))), max(min(min(min((length(max(abs(p158) - vec2(0.13, 0.55), 0.0)) + min(max((abs(p158) - vec2(0.13, 0.55)).x, (abs(p158) - vec2(0.13, 0.55)).y), 0.0)), polygon161(p160)), polygon164(p163)), ((length(max(abs(p166) - vec2(0.0225, 0.03), 0.0)) + min(max((abs(p166) - vec2(0.0225, 0.03)).x, (abs(p166) - vec2(0.0225, 0.03)).y), 0.0)) - 0.01)), -(sdBox3(p167, vec3(0.025, 0.15, 0.03)))));
+}
+
+float part172(vec3 p) {
+    vec3 p171 = p - vec3(0.235, 0.0, 0.0);
+    return (length(p171) - 0.058);
+}
+
+float polar173(vec3 p) {
+    float sector = 0.698131701;
+    float home = round(atan(p.z, p.x) / sector);
+    float d = 1e9;
+    for (int i = -1; i <= 1; i++) {
+        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
+        d = min(d, part172(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    }
+    return d;
+}
+
+float part174(vec3 p) {
+    vec3 p169 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p170 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p169;
+    return polar173(p170);
+}
+
+float part183(vec3 p) {
+    vec3 p182 = p - vec3(0.235, 0.0, 0.0);
+    return (length(p182) - 0.064);
+}
+
+float polar184(vec3 p) {
+    float sector = 0.698131701;
+    float home = round(atan(p.z, p.x) / sector);
+    float d = 1e9;
+    for (int i = -1; i <= 1; i++) {
+        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
+        d = min(d, part183(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    }
+    return d;
+}
+
+const vec2 polygon188Corners[6] = vec2[6](vec2(3.061617e-18, 0.05), vec2(-0.0433012702, 0.025), vec2(-0.0433012702, -0.025), vec2(-9.18485099e-18, -0.05), vec2(0.0433012702, -0.025), vec2(0.0433012702, 0.025));
+float polygon188(vec2 p) {
+    float d = 1e9, side = 1.0;
+    for (int i = 0; i < 6; i++) {
+        vec2 a = polygon188Corners[i], b = polygon188Corners[(i + 1) % 6];
+        vec2 edge = b - a, q = p - a;
+        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
+        d = min(d, dot(away, away));
+        bool crosses = (a.y > p.y) != (b.y > p.y);
+        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
+    }
+    return side * sqrt(d);
+}
+
+float part195(vec3 p) {
+    vec3 p175 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p176 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p175;
+    vec3 p177 = p176 - vec3(0.0, -0.06, 0.0);
+    vec2 p178 = vec2(length(p177.xz) - 0.235, p177.y);
+    vec3 p179 = p176 - vec3(0.0, 0.06, 0.0);
+    vec2 p180 = vec2(length(p179.xz) - 0.235, p179.y);
+    vec2 p181 = vec2(length(p176.xz) - 0.235, p176.y);
+    vec3 p185 = p - vec3(0.0, 0.52, 0.0);
+    vec3 p186 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, 1.0, 0.0, -1.0, 1.11022302e-16) * p185;
+    vec2 p187 = p186.xy;
+    vec3 p189 = p - vec3(0.0, 0.56, 0.0);
+    vec2 p190 = vec2(length(p189.xz) - 0.0, p189.y);
+    vec3 p191 = p - vec3(0.0, 0.61, 0.0);
+    vec3 p192 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p193 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p192;
+    vec3 p194 = p193 - vec3(0.0, -0.31, -0.135);
+    return min(min(max(min(min(((length(max(abs(p178) - vec2(0.013, 0.007), 0.0)) + min(max((abs(p178) - vec2(0.013, 0.007)).x, (abs(p178) - vec2(0.013, 0.007)).y), 0.0)) - 0.005), ((length(max(abs(p180) - vec2(0.013, 0.007), 0.0)) + min(max((abs(p180) - vec2(0.013, 0.007)).x, (abs(p180) - vec2(0.013, 0.007)).y), 0.0)) - 0.005)), ((length(max(abs(p181) - vec2(0.008, 0.056), 0.0)) + min(max((abs(p181) - vec2(0.008, 0.056)).x, (abs(p181) - vec2(0.008, 0.056)).y), 0.0)) - 0.004)), -(polar184(p176))), min(min((opExtrude(polygon188(p187), p186.z, 0.025) - 0.004), (length(max(abs(p190) - vec2(0.022, 0.05), 0.0)) + min(max((abs(p190) - vec2(0.022, 0.05)).x, (abs(p190) - vec2(0.022, 0.05)).y), 0.0))), (length(p191) - 0.032))), (sdBox3(p194, vec3(0.015, 0.067, 0.022)) - 0.008));
+}
+
+const vec2 polygon198Corners[104] = vec2[104](vec2(0.499416113, -0.0241566898), vec2(0.499416113, 0.0241566898), vec2(0.423883589, 0.0307847901), vec2(0.418933584, 0.0715517426), vec2(0.490685063, 0.0960633587), vec2(0.479122915, 0.142972839), vec2(0.404199019, 0.131332223), vec2(0.389636683, 0.169729948), vec2(0.45343718, 0.210700554), vec2(0.430984833, 0.253479927), vec2(0.361023872, 0.224247104), vec2(0.337695514, 0.258044066), vec2(0.389837177, 0.313092599), vec2(0.35779948, 0.349255683), vec2(0.29686733, 0.304129558), vec2(0.266128709, 0.3313616), vec2(0.303581254, 0.39728884), vec2(0.263820122, 0.424733968), vec2(0.215457938, 0.366337108), vec2(0.179095471, 0.385421603), vec2(0.199682292, 0.458396098), vec2(0.154508497, 0.475528258), vec2(0.121526913, 0.407254477), vec2(0.0816538549, 0.417082304), vec2(0.0841785207, 0.49286304), vec2(0.0362174001, 0.498686575), vec2(0.0205331863, 0.424503696), vec2(-0.0205331863, 0.424503696), vec2(-0.0362174001, 0.498686575), vec2(-0.0841785207, 0.49286304), vec2(-0.0816538549, 0.417082304), vec2(-0.121526913, 0.407254477), vec2(-0.154508497, 0.475528258), vec2(-0.199682292, 0.458396098), vec2(-0.179095471, 0.385421603), vec2(-0.215457938, 0.366337108), vec2(-0.263820122, 0.424733968), vec2(-0.303581254, 0.39728884), vec2(-0.266128709, 0.3313616), vec2(-0.29686733, 0.304129558), vec2(-0.35779948, 0.349255683), vec2(-0.389837177, 0.313092599), vec2(-0.337695514, 0.258044066), vec2(-0.361023872, 0.224247104), vec2(-0.430984833, 0.253479927), vec2(-0.45343718, 0.210700554), vec2(-0.389636683, 0.169729948), vec2(-0.404199019, 0.131332223), vec2(-0.479122915, 0.142972839), vec2(-0.490685063, 0.0960633587), vec2(-0.418933584, 0.0715517426), vec2(-0.423883589, 0.0307847901), vec2(-0.499416113, 0.0241566898), vec2(-0.499416113, -0.0241566898), vec2(-0.423883589, -0.0307847901), vec2(-0.418933584, -0.0715517426), vec2(-0.490685063, -0.0960633587), vec2(-0.479122915, -0.142972839), vec2(-0.404199019, -0.131332223), vec2(-0.389636683, -0.169729948), vec2(-0.45343718, -0.210700554), vec2(-0.430984833, -0.253479927), vec2(-0.361023872, -0.224247104), vec2(-0.337695514, -0.258044066), vec2(-0.389837177, -0.313092599), vec2(-0.35779948, -0.349255683), vec2(-0.29686733, -0.304129558), vec2(-0.266128709, -0.3313616), vec2(-0.303581254, -0.39728884), vec2(-0.263820122, -0.424733968), vec2(-0.215457938, -0.366337108), vec2(-0.179095471, -0.385421603), vec2(-0.199682292, -0.458396098), vec2(-0.154508497, -0.475528258), vec2(-0.121526913, -0.407254477), vec2(-0.0816538549, -0.417082304), vec2(-0.0841785207, -0.49286304), vec2(-0.0362174001, -0.498686575), vec2(-0.0205331863, -0.424503696), vec2(0.0205331863, -0.424503696), vec2(0.0362174001, -0.498686575), vec2(0.0841785207, -0.49286304), vec2(0.0816538549, -0.417082304), vec2(0.121526913, -0.407254477), vec2(0.154508497, -0.475528258), vec2(0.199682292, -0.458396098), vec2(0.179095471, -0.385421603), vec2(0.215457938, -0.366337108), vec2(0.263820122, -0.424733968), vec2(0.303581254, -0.39728884), vec2(0.266128709, -0.3313616), vec2(0.29686733, -0.304129558), vec2(0.35779948, -0.349255683), vec2(0.389837177, -0.313092599), vec2(0.337695514, -0.258044066), vec2(0.361023872, -0.224247104), vec2(0.430984833, -0.253479927), vec2(0.45343718, -0.210700554), vec2(0.389636683, -0.169729948), vec2(0.404199019, -0.131332223), vec2(0.479122915, -0.142972839), vec2(0.490685063, -0.0960633587), vec2(0.418933584, -0.0715517426), vec2(0.423883589, -0.0307847901));
+float polygon198(vec2 p) {
+    float d = 1e9, side = 1.0;
+    for (int i = 0; i < 104; i++) {
+        vec2 a = polygon198Corners[i], b = polygon198Corners[(i + 1) % 104];
+        vec2 edge = b - a, q = p - a;
+        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
+        d = min(d, dot(away, away));
+        bool crosses = (a.y > p.y) != (b.y > p.y);
+        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
+    }
+    return side * sqrt(d);
+}
+
+float part206(vec3 p) {
+    vec3 p204 = p - vec3(0.285, 0.0, 0.0);
+    vec2 p205 = vec2(length(p204.xz) - 0.0, p204.y);
+    return (length(max(abs(p205) - vec2(0.07, 0.5), 0.0)) + min(max((abs(p205) - vec2(0.07, 0.5)).x, (abs(p205) - vec2(0.07, 0.5)).y), 0.0));
+}
+
+float polar207(vec3 p) {
+    float sector = 1.04719755;
+    float home = round(atan(p.z, p.x) / sector);
+    float d = 1e9;
+    for (int i = -1; i <= 1; i++) {
+        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
+        d = min(d, part206(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    }
+    return d;
+}
+
+float part212(vec3 p) {
+    vec3 p196 = p - vec3(0.0, 0.05, 0.45);
+    vec2 p197 = p196.xy;
+    vec3 p199 = p196 - vec3(0.0, 0.0, 0.075);
+    vec2 p200 = p199.xy;
+    vec3 p201 = p196 - vec3(0.0, 0.0, -0.075);
+    vec2 p202 = p201.xy;
+    vec3 p203 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p196;
+    vec2 p208 = p196.xy;
+    vec3 p209 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p210 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p209;
+    vec2 p211 = vec2(length(p210.xz) - 0.0, p210.y);
+    return max(min(max(max(max((opExtrude(polygon198(p197), p196.z, 0.075) - 0.006), -(opExtrude((abs((length(p200) - 0.285)) - 0.105), p199.z, 0.03))), -(opExtrude((abs((length(p202) - 0.285)) - 0.105), p201.z, 0.03))), -(polar207(p203))), (opExtrude((length(p208) - 0.19), p196.z, 0.11) - 0.01)), -((length(max(abs(p211) - vec2(0.129, 1.5), 0.0)) + min(max((abs(p211) - vec2(0.129, 1.5)).x, (abs(p211) - vec2(0.129, 1.5)).y), 0.0))));
+}
+
+float part214(vec3 p) {
+    vec3 p213 = p - vec3(0.0, -0.555, 0.15);
+    return (sdBox3(p213, vec3(0.87, 0.005, 0.62)) - 0.03);
+}
+
+vec3 albedo(vec3 p, vec3 n) {
+    float nearest = 1e9, d;
+    vec3 colour = vec3(0.5);
+    d = part116(p);
+    if (d < nearest) { nearest = d; colour = vec3(0.5, 0.07, 0.04); }
+    d = part134(p);
+    if (d < nearest) { nearest = d; colour = vec3(0.05, 0.16, 0.3); }
+    d = part168(p);
+    if (d < nearest) { nearest = d; colour = vec3(0.42, 0.43, 0.45); }
+    d = part174(p);
+    if (d < nearest) { nearest = d; colour = vec3(0.6, 0.61, 0.63); }
+    d = part195(p);
+    if (d < nearest) { nearest = d; colour = vec3(0.58, 0.38, 0.1); }
+    d = part212(p);
+    if (d < nearest) { nearest = d; colour = vec3(0.34, 0.3, 0.26); }
+    d = part214(p);
+    if (d < nearest) { nearest = d; colour = vec3(0.34, 0.23, 0.14); }
+    return colour;
+}
+
+float sdf(vec3 p) {
+    vec3 p1 = p - vec3(0.0, 0.05, 0.0);
+    vec2 p2 = p1.xy;
+    vec2 p3 = p2 - vec2(0.0, -0.27);
+    vec3 p4 = p - vec3(0.0, -0.46, 0.0);
+    vec3 p5 = vec3(abs(p.x), p.y, p.z);
+    vec2 p6 = p5.xy;
+    vec3 p8 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p9 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p8;
+    vec2 p10 = vec2(length(p9.xz) - 0.0, p9.y);
+    vec3 p11 = vec3(abs(p.x), p.y, p.z);
+    vec3 p12 = p11 - vec3(0.63, -0.46, 0.0);
+    vec2 p13 = vec2(length(p12.xz) - 0.0, p12.y);
+    vec3 p14 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p15 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p14;
+    vec2 p16 = vec2(length(p15.xz) - 0.365, p15.y);
+    vec3 p17 = p - vec3(0.58, 0.57, -0.47);
+    vec3 p18 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p19 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p18;
+    vec2 p20 = vec2(length(p19.xz) - 0.305, p19.y);
+    vec2 p21 = vec2(length(p19.xz) - 0.235, p19.y);
+    vec3 p22 = p - vec3(0.58, 0.57, -0.47);
+    vec3 p23 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p24 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p23;
+    vec2 p25 = vec2(length(p24.xz) - 0.165, p24.y);
+    vec2 p26 = vec2(length(p24.xz) - 0.235, p24.y);
+    vec3 p27 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p28 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p27;
+    vec3 p32 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p33 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p32;
+    vec3 p34 = p33 - vec3(0.0, -0.06, 0.0);
+    vec2 p35 = vec2(length(p34.xz) - 0.235, p34.y);
+    vec3 p36 = p33 - vec3(0.0, 0.06, 0.0);
+    vec2 p37 = vec2(length(p36.xz) - 0.235, p36.y);
+    vec2 p38 = vec2(length(p33.xz) - 0.235, p33.y);
+    vec3 p42 = p - vec3(0.0, 0.52, 0.0);
+    vec3 p43 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, 1.0, 0.0, -1.0, 1.11022302e-16) * p42;
+    vec2 p44 = p43.xy;
+    vec3 p46 = p - vec3(0.0, 0.56, 0.0);
+    vec2 p47 = vec2(length(p46.xz) - 0.0, p46.y);
+    vec3 p48 = p - vec3(0.0, 0.61, 0.0);
+    vec3 p49 = vec3(abs(p.x), p.y, p.z);
+    vec3 p50 = p49 - vec3(0.63, 0.0, 0.0);
+    vec3 p51 = p50 - vec3(0.0, -0.388, 0.0);
+    vec2 p52 = vec2(length(p51.xz) - 0.0, p51.y);
+    vec3 p53 = p50 - vec3(0.0, -0.342, 0.0);
+    vec3 p54 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, 1.0, 0.0, -1.0, 1.11022302e-16) * p53;
+    vec2 p55 = p54.xy;
+    vec3 p57 = p53 - vec3(0.0, -0.018, 0.0);
+    vec3 p58 = p50 - vec3(0.0, -0.45, 0.0);
+    vec2 p59 = vec2(length(p58.xz) - 0.0, p58.y);
+    vec3 p60 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p61 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p60;
+    vec3 p62 = p61 - vec3(0.0, 0.13, 0.0);
+    vec2 p63 = vec2(length(p62.xz) - 0.0, p62.y);
+    vec3 p64 = p61 - vec3(0.0, 0.69, 0.0);
+    vec2 p65 = vec2(length(p64.xz) - 0.0, p64.y);
+    vec3 p67 = p61 - vec3(0.0, -0.43, 0.0);
+    vec2 p68 = vec2(length(p67.xz) - 0.0, p67.y);
+    vec3 p70 = p61 - vec3(0.0, 0.19, 0.0);
+    vec2 p71 = vec2(length(p70.xz) - 0.1325, p70.y);
+    vec3 p72 = p61 - vec3(0.0, -0.38, -0.13);
+    vec3 p73 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p74 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p73;
+    vec3 p75 = p74 - vec3(0.0, -0.31, -0.135);
+    vec3 p76 = p - vec3(0.0, 0.05, 0.45);
+    vec2 p77 = p76.xy;
+    vec3 p79 = p76 - vec3(0.0, 0.0, 0.075);
+    vec2 p80 = p79.xy;
+    vec3 p81 = p76 - vec3(0.0, 0.0, -0.075);
+    vec2 p82 = p81.xy;
+    vec3 p83 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p76;
+    vec2 p88 = p76.xy;
+    vec3 p89 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p90 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p89;
+    vec2 p91 = vec2(length(p90.xz) - 0.0, p90.y);
+    vec3 p92 = p - vec3(0.0, -0.555, 0.15);
+    return min(min(min(min(min(min(min(min(min(min(max(min(max(max(opSmoothUnion(opSmoothUnion((opExtrude(opSmoothUnion((length(p2) - 0.44), (length(max(abs(p3) - vec2(0.44, 0.25), 0.0)) + min(max((abs(p3) - vec2(0.44, 0.25)).x, (abs(p3) - vec2(0.44, 0.25)).y), 0.0)), 0.05), p1.z, 0.15) - 0.015), (sdBox3(p4, vec3(0.72, 0.03, 0.15)) - 0.03), 0.06), (opExtrude(polygon7(p6), p5.z, 0.035) - 0.012), 0.03), -((length(max(abs(p10) - vec2(0.345, 0.5), 0.0)) + min(max((abs(p10) - vec2(0.345, 0.5)).x, (abs(p10) - vec2(0.345, 0.5)).y), 0.0)))), -((length(max(abs(p13) - vec2(0.055, 0.2), 0.0)) + min(max((abs(p13) - vec2(0.055, 0.2)).x, (abs(p13) - vec2(0.055, 0.2)).y), 0.0)))), ((length(max(abs(p16) - vec2(0.01, 0.18), 0.0)) + min(max((abs(p16) - vec2(0.01, 0.18)).x, (abs(p16) - vec2(0.01, 0.18)).y), 0.0)) - 0.01)), -(sdBox3(p17, vec3(0.5, 0.5, 0.5)))), max(max(((length(max(abs(p20) - vec2(0.028, 0.118), 0.0)) + min(max((abs(p20) - vec2(0.028, 0.118)).x, (abs(p20) - vec2(0.028, 0.118)).y), 0.0)) - 0.012), -((length(p21) - 0.062))), -(sdBox3(p22, vec3(0.5, 0.5, 0.5))))), max(((length(max(abs(p25) - vec2(0.023, 0.118), 0.0)) + min(max((abs(p25) - vec2(0.023, 0.118)).x, (abs(p25) - vec2(0.023, 0.118)).y), 0.0)) - 0.012), -((length(p26) - 0.062)))), polar31(p28)), max(min(min(((length(max(abs(p35) - vec2(0.013, 0.007), 0.0)) + min(max((abs(p35) - vec2(0.013, 0.007)).x, (abs(p35) - vec2(0.013, 0.007)).y), 0.0)) - 0.005), ((length(max(abs(p37) - vec2(0.013, 0.007), 0.0)) + min(max((abs(p37) - vec2(0.013, 0.007)).x, (abs(p37) - vec2(0.013, 0.007)).y), 0.0)) - 0.005)), ((length(max(abs(p38) - vec2(0.008, 0.056), 0.0)) + min(max((abs(p38) - vec2(0.008, 0.056)).x, (abs(p38) - vec2(0.008, 0.056)).y), 0.0)) - 0.004)), -(polar41(p33)))), min(min((opExtrude(polygon45(p44), p43.z, 0.025) - 0.004), (length(max(abs(p47) - vec2(0.022, 0.05), 0.0)) + min(max((abs(p47) - vec2(0.022, 0.05)).x, (abs(p47) - vec2(0.022, 0.05)).y), 0.0))), (length(p48) - 0.032))), min(min(((length(max(abs(p52) - vec2(0.089, 0.006), 0.0)) + min(max((abs(p52) - vec2(0.089, 0.006)).x, (abs(p52) - vec2(0.089, 0.006)).y), 0.0)) - 0.006), max(opExtrude(polygon56(p55), p54.z, 0.035), (length(p57) - 0.093))), (length(max(abs(p59) - vec2(0.05, 0.1), 0.0)) + min(max((abs(p59) - vec2(0.05, 0.1)).x, (abs(p59) - vec2(0.05, 0.1)).y), 0.0)))), max(min(min(min((length(max(abs(p63) - vec2(0.13, 0.55), 0.0)) + min(max((abs(p63) - vec2(0.13, 0.55)).x, (abs(p63) - vec2(0.13, 0.55)).y), 0.0)), polygon66(p65)), polygon69(p68)), ((length(max(abs(p71) - vec2(0.0225, 0.03), 0.0)) + min(max((abs(p71) - vec2(0.0225, 0.03)).x, (abs(p71) - vec2(0.0225, 0.03)).y), 0.0)) - 0.01)), -(sdBox3(p72, vec3(0.025, 0.15, 0.03))))), (sdBox3(p75, vec3(0.015, 0.067, 0.022)) - 0.008)), max(min(max(max(max((opExtrude(polygon78(p77), p76.z, 0.075) - 0.006), -(opExtrude((abs((length(p80) - 0.285)) - 0.105), p79.z, 0.03))), -(opExtrude((abs((length(p82) - 0.285)) - 0.105), p81.z, 0.03))), -(polar87(p83))), (opExtrude((length(p88) - 0.19), p76.z, 0.11) - 0.01)), -((length(max(abs(p91) - vec2(0.129, 1.5), 0.0)) + min(max((abs(p91) - vec2(0.129, 1.5)).x, (abs(p91) - vec2(0.129, 1.5)).y), 0.0))))), (sdBox3(p92, vec3(0.87, 0.005, 0.62)) - 0.03));
+}

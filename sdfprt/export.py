@@ -17,12 +17,10 @@ from numpy import ndarray
 from sdfprt import settings, sh, shading
 from sdfprt.asset import Asset
 from sdfprt.camera import Camera
-from sdfprt.errors import GlslError, SdfprtError
-from sdfprt.glsl.compile import check_es, compile_glsl
-from sdfprt.glsl.prepare import field_module
-from sdfprt.glsl.spirv import parse
+from sdfprt.errors import SdfprtError
+from sdfprt.es import VERSION, es_source
+from sdfprt.glsl.compile import check_es
 from sdfprt.glsl.text import number
-from sdfprt.glsl.to_es import translate
 from sdfprt.light import Light, lights
 from sdfprt.material import DiffusePhong, Material, parts
 from sdfprt.network import TransferNet
@@ -44,7 +42,6 @@ from sdfprt.shader import (
 )
 
 PIECES = ("camera", "trace", "normal", "network", "sh", "shade", "picture")
-VERSION = "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp sampler2D;\nprecision highp sampler3D;\n"
 _TOY_INPUTS = (
     "uniform vec3 iResolution; uniform float iTime; uniform float iTimeDelta; uniform float iFrameRate; uniform int iFrame;\n"
     "uniform float iChannelTime[4]; uniform vec3 iChannelResolution[4]; uniform vec4 iMouse; uniform vec4 iDate;\n"
@@ -180,36 +177,6 @@ def export_shadertoy(
     body = f"{ours}\n{names}\n#line 1\n{source}\n{ended}\n"
     check_es(f"{VERSION}{_TOY_INPUTS}{body}out vec4 c; void main() {{ mainImage(c, gl_FragCoord.xy); }}\n", scene.file)
     return body
-
-
-def es_source(scene: Scene) -> str:
-    """The scene's text as GLSL ES 3.00: its own where ES takes it, else written anew from what the compiler made of it.
-
-    Raises GlslError with the scene's lines for what ES cannot do at all.
-    """
-    wanted = [("sdfprt_distance", "float", "vec3 p")]
-    wanted += [("albedo", "vec3", "vec3 p, vec3 n")] if scene.has_albedo else []
-    wanted += [("exponent", "float", "vec3 p, vec3 n")] if scene.has_exponent else []
-    calls = " ".join(f"{kind}({name}({'p' if 'n' not in taken.split() else 'p, p'}));" for name, kind, taken in wanted)
-    try:
-        check_es(
-            f"{VERSION}#line 1\n{scene.shader_source}\nin vec3 sdfprt_in; void main() {{ vec3 p = sdfprt_in; {calls} }}\n",
-            scene.file,
-        )
-        return scene.shader_source
-    except GlslError as error:
-        refused = error
-    texts = []
-    try:
-        for name, kind, taken in wanted:
-            spirv = scene.prepared.spirv
-            if name != "sdfprt_distance":
-                spirv = compile_glsl(field_module(scene.shader_source, name, kind), file=scene.file)
-            feed = ("sdfprt_point=p", "sdfprt_normal=n")[: taken.count(",") + 1]
-            texts.append(translate(parse(spirv), f"sdfprt_{name[0]}_", feed, f"{kind} {name}({taken})"))
-    except SdfprtError as error:
-        raise GlslError(f"{refused}\n({error})") from None
-    return "// Written anew: the scene's own text is no GLSL ES 3.00\n" + "\n".join(texts)
 
 
 def page_fragment(scene: Scene, net: TransferNet, variant: Variant, version: str = VERSION, source: str = "") -> str:

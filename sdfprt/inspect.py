@@ -4,13 +4,15 @@ All by sampling, so a report is evidence and no proof. Lengths are in scene unit
 """
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
 from sdfprt import field
+from sdfprt.es import es_note
+from sdfprt.glsl.prepare import prepare
 from sdfprt.scene import UNIT, Box, Scene
 
 
@@ -64,6 +66,13 @@ def check(scene: Scene) -> Report:
     """
     problems: list[str] = []
     notes = [*scene.notes, *scene.prepared.notes]
+    if unwritten := _read_before_written(scene):
+        several = len(unwritten) > 1
+        verb, them = ("are", "they begin") if several else ("is", "it begins")
+        written = "they are written" if several else "it is written"
+        notes.append(f"global{'s' * several} {', '.join(unwritten)} {verb} read before {written}; {them} at zero")
+    if browser := es_note(scene):
+        notes.append(browser)
 
     # Values on a grid over the bounds, the cost on the way
     points = field.grid(scene.bounds)
@@ -132,6 +141,22 @@ def check(scene: Scene) -> Report:
         problems=tuple(problems),
         notes=tuple(notes),
     )
+
+
+def _read_before_written(scene: Scene) -> list[str]:
+    """Globals without a value on whose beginning the distance depends at some of a few hundred points."""
+    p = scene.prepared
+    points = np.random.default_rng(0).uniform(*scene.bounds, (512, 3)).astype(np.float32)
+
+    def changed(names: tuple[str, ...]) -> bool:
+        other = replace(scene)
+        begin = dict.fromkeys(names, 3)
+        other.__dict__["prepared"] = prepare(scene.glsl, scene.file, scene.folder, dict(scene.defines), scene.offset, begin)
+        return not np.array_equal(scene.distance(points), other.distance(points), equal_nan=True)
+
+    if not p.zeroed or not changed(p.zeroed):
+        return []
+    return [name for name in p.zeroed if len(p.zeroed) == 1 or changed((name,))] or list(p.zeroed)
 
 
 def _on_faces(box: Box, points: Float[ndarray, "n 3"]) -> ndarray:

@@ -145,11 +145,20 @@ class Scene:
             lowest = field.smallest(scene.distance, bounds, points, scene.distance(points))[0]
         thickness = field.THIN / 2 * field.diagonal(bounds)
         thin = "offset" not in given and 0 <= lowest < 2 * thickness
-        step = field.safe_step(field.slope(scene.distance, bounds))
+        steepest = field.slope(scene.distance, bounds)
+        step = field.safe_step(steepest)
         if not thin and step == scene.step and bounds == scene.bounds:
             return self
+        notes = [*self.notes]
+        if bounds != self.bounds:
+            notes.append(f"the default bounds have no surface in them; bounds = {bounds} were found")
+        if thin:
+            notes.append(f"the distance is never negative; offset = {thickness:.3g} was chosen, which gives it a thickness")
+        if step != self.step:
+            notes.append(f"the distance overestimates (slope {steepest:.3g}); step = {step:.2g} was chosen, which marches safely")
         camera = Camera.framing(bounds) if bounds != self.bounds else self.camera
-        return replace(self, bounds=bounds, step=step, offset=thickness if thin else self.offset, camera=camera)
+        offset = thickness if thin else self.offset
+        return replace(self, bounds=bounds, step=step, offset=offset, camera=camera, notes=tuple(notes))
 
     def with_step(self, slope: float) -> Scene:
         """The same scene with the step that a field of this slope needs (see field.slope)."""

@@ -10,7 +10,7 @@ from random_glsl import SLOT, batch
 from test_glsl import agreement, in_slots, some_points
 
 from sdfprt.errors import SdfprtError
-from sdfprt.export import VERSION
+from sdfprt.es import VERSION
 from sdfprt.glsl.compile import check_es
 from sdfprt.glsl.spirv import parse
 from sdfprt.glsl.to_es import translate

@@ -9,7 +9,7 @@ LAYERS = (
     {"sh", "light", "sky", "material", "camera", "metrics"},
     {"glsl", "native", "field", "scene", "csg", "mesh", "grid", "neural", "shading"},
     {"trace", "surface", "transfer", "network", "fit"},
-    {"asset", "cluster", "bake", "shader", "inspect", "fidelity"},
+    {"asset", "cluster", "bake", "shader", "inspect", "fidelity", "es"},
     {"render", "interop", "torch_render", "reference", "exact"},
     {"backends", "report", "render_set", "export", "view", "testing", "bench", "demo"},
     {"cli", "__init__", "__main__"},

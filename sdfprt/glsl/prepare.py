@@ -1,17 +1,20 @@
 """The user's GLSL made ready for both roads: includes, what hosts define, the entry point under one name."""
 
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from sdfprt.errors import GlslError
 from sdfprt.glsl.compile import compile_glsl
 from sdfprt.glsl.entry import find_entry, without_mains
+from sdfprt.glsl.include import definitions, expand_includes, macros
 from sdfprt.glsl.text import code_only, without_comments
-from sdfprt.resources import folder
 
 VERSION = "#version 430\n"
 ENTRY = "sdfprt_distance"
+PRELUDE = "prelude.glsl"
+_FAR = 9_000_000  # lines of the prelude are counted from here
 _MAX_TEXT = 2_000_000
 
 # What authors' viewers define for them; added only where the compiler misses the name
@@ -54,6 +57,7 @@ class Prepared:
     notes: tuple[str, ...]
     has_albedo: bool
     has_exponent: bool
+    zeroed: tuple[str, ...] = ()  # globals that the file gives no value
 
 
 def _plain(text: str) -> str:
@@ -62,43 +66,57 @@ def _plain(text: str) -> str:
     return re.sub(r"[^\x00-\x7f]", "?", text)
 
 
-def expand_includes(text: str, file: str, own_folder: Path | None, seen: frozenset[Path] = frozenset()) -> str:
-    """Replace `#include "..."`: from sdf_library, or the file's own folder; each file once, never from elsewhere."""
-    loaded = set(seen)
+def prepare(
+    glsl: str, file: str, own_folder: Path | None, defines: dict[str, float], offset: float, start: Mapping[str, int] | None = None
+) -> Prepared:
+    """Make the user's text ready. Raises GlslError with the user's file and line.
 
-    def replace(match: re.Match) -> str:
-        name, line = match[1], text.count("\n", 0, match.start()) + 1
-        roots = [folder("sdf_library"), *([own_folder] if own_folder else [])]
-        for root in roots:
-            try:
-                path = (root / name).resolve()
-                there = path.is_file()
-            except (OSError, RuntimeError, ValueError):
-                raise GlslError(f'{file}:{line}: #include "{name[:80]}": not a file name') from None
-            if not path.is_relative_to(root.resolve()):
-                raise GlslError(f'{file}:{line}: #include "{name}" leads out of the folders that a scene may read')
-            if there:
-                if path in loaded:
-                    return ""
-                loaded.add(path)
-                inner = expand_includes(path.read_text(errors="replace"), path.name, path.parent, frozenset(loaded))
-                return f"#line 1\n{inner}\n#line {line + 1}"
-        raise GlslError(f'{file}:{line}: #include "{name}": no such file in the library or beside the scene')
-
-    return re.sub(r'^[ \t]*#[ \t]*include[ \t]+"([^"\n]+)"[^\n]*$', replace, text, flags=re.M)
+    A file prelude.glsl in `own_folder` goes before it where it defines what the text misses. Globals without a value
+    begin at zero, or as `start` has it.
+    """
+    try:
+        return _prepare(glsl, file, own_folder, defines, offset, start or {}, "")
+    except _Missing as missing:
+        try:
+            prepared = _prepare(glsl, file, own_folder, defines, offset, start or {}, missing.prelude)
+        except GlslError as error:
+            own = lambda m: f"{PRELUDE}:{int(m[1]) - _FAR}"  # noqa: E731
+            raise GlslError(re.sub(rf"{re.escape(file)}:({_FAR // 10**6}\d{{6}})\b", own, str(error))) from None
+        return replace(prepared, notes=(*prepared.notes, f"read {PRELUDE} beside the file for {', '.join(missing.names)}"))
 
 
-def prepare(glsl: str, file: str, own_folder: Path | None, defines: dict[str, float], offset: float) -> Prepared:
-    """Make the user's text ready. Raises GlslError with the user's file and line."""
+class _Missing(Exception):
+    """The text misses names that a prelude defines."""
+
+    def __init__(self, names: list[str], prelude: str) -> None:
+        super().__init__()
+        self.names, self.prelude = names, prelude
+
+
+def _prelude(own_folder: Path | None, missing: list[str]) -> None:
+    """Raise _Missing where prelude.glsl defines one of the names."""
+    path = own_folder / PRELUDE if own_folder else None
+    if path is None or not path.is_file():
+        return
+    text, _ = expand_includes(_plain(path.read_text(errors="replace")), PRELUDE, own_folder)
+    found = [name for name in dict.fromkeys(missing) if name in {name for name, _ in definitions(text)} | macros(text)]
+    if found:
+        raise _Missing(found, text)
+
+
+def _prepare(
+    glsl: str, file: str, own_folder: Path | None, defines: dict[str, float], offset: float, start: Mapping[str, int], prelude: str
+) -> Prepared:
     if "\0" in glsl or len(glsl) > _MAX_TEXT:
         raise GlslError(f"{file}: this is not GLSL text (a zero byte, or over {_MAX_TEXT:,} characters)")
-    body = _plain(expand_includes(_plain(glsl), file, own_folder))
+    expanded, renamed = expand_includes(_plain(glsl), file, own_folder)
+    body = _plain(f"#line {_FAR + 1}\n{prelude}\n#line 1\n{expanded}" if prelude else expanded)
     body = re.sub(r"^[ \t]*#[ \t]*(version|extension)\b[^\n]*$", "", body, flags=re.M)
     body = re.sub(r"\bprecision\s+(?:highp|mediump|lowp)\s+\w+\s*;", "", body)
     body = without_mains(body)
     bare = code_only(body)
     entry = find_entry(bare, file)
-    notes: list[str] = [entry.note] if entry.note else []
+    notes: list[str] = [entry.note, *renamed] if entry.note else renamed
     header = [f"#define {name} {_define(name, value, file)}" for name, value in defines.items()]
     for name in defines:  # a uniform or constant of that name gives way to the define
         body = re.sub(rf"^[ \t]*(uniform|const)\s+(\w+\s+)?\w+\s+{name}\s*(=[^;]*)?;", "", body, flags=re.M)
@@ -110,7 +128,7 @@ def prepare(glsl: str, file: str, own_folder: Path | None, defines: dict[str, fl
     if "gl_FragColor" in bare:
         header.append("vec4 sdfprt_frag_color = vec4(0.0);")
         body = re.sub(r"\bgl_FragColor\b", "sdfprt_frag_color", body)
-    body = _zeroed_globals(body)
+    body, zeroed = _zeroed_globals(body, start)
     tail = f"\n#undef main\nfloat {ENTRY}(vec3 p) {{ {entry.locals} return {entry.value} - {offset!r}; }}\n"
     added: dict[str, None] = {}
     while True:
@@ -120,7 +138,10 @@ def prepare(glsl: str, file: str, own_folder: Path | None, defines: dict[str, fl
             break
         except GlslError as error:
             missing = re.findall(r"no (?:variable|function) '(\w+)'|'(\w+)' : no matching", str(error))
-            new = [n for pair in missing for n in pair if n in _HOST and n not in added]
+            names = [n for pair in missing for n in pair if n]
+            if not prelude:
+                _prelude(own_folder, names)
+            new = [n for n in names if n in _HOST and n not in added]
             if not new:
                 raise
             added.update(dict.fromkeys(new))
@@ -131,6 +152,7 @@ def prepare(glsl: str, file: str, own_folder: Path | None, defines: dict[str, fl
         tuple(notes),
         bool(re.search(r"\bvec3\s+albedo\s*\(\s*(?:in\s+)?vec3\s+\w+\s*,\s*(?:in\s+)?vec3\b", bare)),
         bool(re.search(r"\bfloat\s+exponent\s*\(\s*(?:in\s+)?vec3\s+\w+\s*,\s*(?:in\s+)?vec3\b", bare)),
+        tuple(zeroed),
     )
 
 
@@ -162,9 +184,13 @@ def _constant_uniforms(body: str, notes: list[str]) -> str:
 _ZEROED = re.compile(r"\s*(float|int|uint|bool|[iub]?vec[234]|mat[234](?:x[234])?)(\s+\w+\s*(?:,\s*\w+\s*)*)\Z")
 
 
-def _zeroed_globals(body: str) -> str:
-    """Globals without a value are zero, as authors' viewers have it; OpenGL would leave them undefined."""
+def _zeroed_globals(body: str, begin: Mapping[str, int]) -> tuple[str, list[str]]:
+    """Globals without a value are zero, as authors' viewers have it, or as `begin` says; OpenGL would leave them undefined.
+
+    Returns the text and their names.
+    """
     bare, out, start, depth = without_comments(body), [], 0, 0
+    every: list[str] = []
     bare = re.sub(r"^[ \t]*#(?:[^\n]*\\\n)*[^\n]*", lambda m: re.sub(r"[^\n]", " ", m[0]), bare, flags=re.M)
     statement = 0
     for at, letter in enumerate(bare):
@@ -175,12 +201,14 @@ def _zeroed_globals(body: str) -> str:
             found = _ZEROED.match(bare, statement, at)
             if found:
                 kind = found[1]
-                names = ", ".join(f"{name.strip()} = {kind}(0)" for name in found[2].split(","))
+                each = [name.strip() for name in found[2].split(",")]
+                every += each
+                names = ", ".join(f"{name} = {kind}({begin.get(name, 0)})" for name in each)
                 lines = body[found.start(1) : at].count("\n")
                 out += [body[start : found.start(1)], "\n" * lines, f"{kind} {names}"]
                 start = at
             statement = at + 1
-    return "".join([*out, body[start:]])
+    return "".join([*out, body[start:]]), every
 
 
 def distance_module(text: str) -> str:

@@ -123,7 +123,8 @@ def _prepare(
     if re.search(r"\bvoid\s+main\s*\(", bare):
         header.append("#define main sdfprt_user_main")
     body = _constant_uniforms(body, notes)
-    stage = r"\b(?:layout\s*\([^)]*\)\s*)?(?:(?:flat|smooth)\s+)?(?:in|out|varying|attribute)\s+(?:(?:highp|mediump|lowp)\s+)?"
+    kinds = r"(?:(?:flat|smooth|noperspective|centroid|invariant)\s+)*"
+    stage = rf"\b(?:layout\s*\([^)]*\)\s*)?{kinds}\b(?:in|out|varying|attribute)\s+(?:(?:highp|mediump|lowp)\s+)?"
     body = re.sub(stage + r"(\w+\s+\w+\s*;)", r"\1", body)
     if "gl_FragColor" in bare:
         header.append("vec4 sdfprt_frag_color = vec4(0.0);")

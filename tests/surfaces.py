@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.path import Path
-from scipy.spatial import ConvexHull, cKDTree
+from scipy.spatial import ConvexHull, KDTree
 from trimesh.remesh import subdivide_to_size
 
+Vector = Sequence[float] | np.ndarray
 SPACING = 0.008  # between neighbouring points of a surface
 FINE = SPACING / 8  # between neighbouring points of a curve
 
@@ -29,7 +30,7 @@ class Body:
 
     def distance(self, p: np.ndarray) -> np.ndarray:
         """Signed; wrong by no more than `tolerance`."""
-        nearest = cKDTree(self.points).query(p)[0]
+        nearest = KDTree(self.points).query(p)[0]
         return nearest - self.radius if self.inside is None else np.where(self.inside(p), -1, 1) * nearest
 
     def tolerance(self, distance: np.ndarray) -> np.ndarray:
@@ -47,19 +48,19 @@ class Body:
 # Curves in the plane
 
 
-def line(a: Sequence[float], b: Sequence[float], spacing: float = FINE) -> np.ndarray:
+def line(a: Vector, b: Vector, spacing: float = FINE) -> np.ndarray:
     """Points from a to b, both ends included; any dimension."""
     a, b = np.asarray(a, float), np.asarray(b, float)
     count = max(int(np.ceil(np.linalg.norm(b - a) / spacing)), 1) + 1
     return a + np.linspace(0, 1, count)[:, None] * (b - a)
 
 
-def loop(corners: Sequence[Sequence[float]] | np.ndarray, spacing: float = FINE) -> np.ndarray:
+def loop(corners: Sequence[Vector] | np.ndarray, spacing: float = FINE) -> np.ndarray:
     """The closed polygon's edges."""
-    return np.concatenate([line(a, b, spacing) for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)])
+    return np.concatenate([line(a, b, spacing) for a, b in zip(corners, np.roll(np.asarray(corners), -1, axis=0), strict=True)])
 
 
-def arc(radius: float, start: float, stop: float, centre: Sequence[float] = (0, 0)) -> np.ndarray:
+def arc(radius: float, start: float, stop: float, centre: Vector = (0, 0)) -> np.ndarray:
     """From angle `start` to `stop`, degrees from +x, anticlockwise where they rise."""
     count = max(int(np.ceil(abs(np.radians(stop - start)) * radius / FINE)), 8) + 1
     t = np.radians(np.linspace(start, stop, count))
@@ -122,21 +123,22 @@ def prism(outline: np.ndarray, height: float, upright: bool = False) -> Body:
     return Body(points[:, [0, 2, 1]] * (1, 1, -1), lambda p: inside(p[:, [0, 2, 1]] * (1, -1, 1)), 1.5 * SPACING)
 
 
-def hull(corners: Iterable[Sequence[float]] | np.ndarray) -> Body:
+def hull(corners: Iterable[Vector] | np.ndarray) -> Body:
     """The convex hull of points."""
     found = ConvexHull(np.asarray(corners, float))
     used, faces = np.unique(found.simplices, return_inverse=True)
-    points, _ = subdivide_to_size(found.points[used], faces.reshape(-1, 3), SPACING, max_iter=20)
+    points = subdivide_to_size(found.points[used], faces.reshape(-1, 3), SPACING, max_iter=20)[0]
     offsets = np.unique(np.round(found.equations, 9), axis=0)
-    return Body(points, lambda p: (p @ offsets[:, :3].T + offsets[:, 3] < 0).all(1), SPACING / 3**0.5)
+    return Body(points, lambda p: np.all(p @ offsets[:, :3].T + offsets[:, 3] < 0, axis=1), SPACING / 3**0.5)
 
 
-def boxes(parts: Sequence[tuple[Sequence[float], Sequence[float]]]) -> Body:
+def boxes(parts: Sequence[tuple[Vector, Vector]]) -> Body:
     """The union of cuboids given by their low and high corners."""
     lows, highs = (np.asarray([part[k] for part in parts], float) for k in (0, 1))
 
     def held(p: np.ndarray, margin: float) -> np.ndarray:
-        return ((p[:, None] > lows + margin) & (p[:, None] < highs - margin)).all(2).any(1)
+        within = np.all((p[:, None] > lows + margin) & (p[:, None] < highs - margin), axis=2)
+        return np.any(within, axis=1)
 
     points = []
     for low, high in zip(lows, highs, strict=True):
@@ -157,7 +159,7 @@ def ball_points(count: int = 20_000) -> np.ndarray:
     return np.stack([ring * np.cos(turn), y, ring * np.sin(turn)], 1)
 
 
-def patch(normal: Sequence[float], offset: float, inside: Callable[[np.ndarray], np.ndarray], reach: float = 2.5) -> Body:
+def patch(normal: Vector, offset: float, inside: Callable[[np.ndarray], np.ndarray], reach: float = 2.5) -> Body:
     """Part of an endless plane or line, `reach` to each side of where it is nearest to the origin."""
     n = np.asarray(normal, float) / np.linalg.norm(normal)
     across = np.linalg.svd(n[None])[2][1:]

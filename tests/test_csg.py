@@ -98,6 +98,7 @@ def test_colours_go_to_the_nearest_solid_and_leave_the_distance_alone():
     plain, painted = (left | right).scene(), (left | right).scene(colours=[(left, (0.9, 0.1, 0.0)), (right, (0.0, 0.2, 0.8))])
     p = np.random.default_rng(0).uniform(-0.8, 0.8, (400, 3)).astype(np.float32)
     albedo, _ = colours(painted, p, painted.normal(p))
+    assert albedo is not None
     nearer = left.scene().distance(p) < right.scene().distance(p)
     np.testing.assert_allclose(albedo, np.where(nearer[:, None], (0.9, 0.1, 0.0), (0.0, 0.2, 0.8)), rtol=0, atol=1e-6)
     assert painted.hash == plain.hash  # weights of the one serve the other

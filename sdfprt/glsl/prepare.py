@@ -1,12 +1,15 @@
 """The user's GLSL made ready for both roads: includes, what hosts define, the entry point under one name."""
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from sdfprt.errors import GlslError
 from sdfprt.glsl.compile import compile_glsl
 from sdfprt.glsl.entry import find_entry, without_mains
+from sdfprt.glsl.parts import KINDS, Parts, part_function
 from sdfprt.glsl.text import code_only, without_comments
 from sdfprt.resources import folder
 
@@ -43,6 +46,9 @@ _HOST = {
     "dot2": "float {0}(vec2 v) {{ return dot(v, v); }} float {0}(vec3 v) {{ return dot(v, v); }}",
     "rot": "mat2 {}(float a) {{ float c = cos(a), s = sin(a); return mat2(c, s, -s, c); }}",
 }
+
+
+_COLOURS = {name: rf"\b{kind}\s+{name}\s*\(\s*(?:in\s+)?vec3\s+\w+\s*,\s*(?:in\s+)?vec3\b" for name, kind in KINDS.items()}
 
 
 @dataclass(frozen=True)
@@ -88,8 +94,16 @@ def expand_includes(text: str, file: str, own_folder: Path | None, seen: frozens
     return re.sub(r'^[ \t]*#[ \t]*include[ \t]+"([^"\n]+)"[^\n]*$', replace, text, flags=re.M)
 
 
-def prepare(glsl: str, file: str, own_folder: Path | None, defines: dict[str, float], offset: float) -> Prepared:
-    """Make the user's text ready. Raises GlslError with the user's file and line."""
+def prepare(
+    glsl: str,
+    file: str,
+    own_folder: Path | None,
+    defines: Mapping[str, float],
+    offset: float,
+    parts: Parts,
+    rest: Mapping[str, Any],
+) -> Prepared:
+    """Make the user's text ready; `rest` colours what `parts` leaves out. Raises GlslError with the user's file and line."""
     if "\0" in glsl or len(glsl) > _MAX_TEXT:
         raise GlslError(f"{file}: this is not GLSL text (a zero byte, or over {_MAX_TEXT:,} characters)")
     body = _plain(expand_includes(_plain(glsl), file, own_folder))
@@ -112,6 +126,10 @@ def prepare(glsl: str, file: str, own_folder: Path | None, defines: dict[str, fl
         body = re.sub(r"\bgl_FragColor\b", "sdfprt_frag_color", body)
     body = _zeroed_globals(body)
     tail = f"\n#undef main\nfloat {ENTRY}(vec3 p) {{ {entry.locals} return {entry.value} - {offset!r}; }}\n"
+    own = {name for name, function in _COLOURS.items() if re.search(function, bare)}
+    parted = {name for name in KINDS if any(name in part for part in parts.values())}
+    tail += "".join(part_function(name, entry, parts, rest, file) for name in sorted(parted - own))
+    notes += [f"[parts] gives {name}, and so does the file; the file's is taken" for name in sorted(parted & own)]
     added: dict[str, None] = {}
     while True:
         text = "\n".join([*header, *(_HOST[name].format(name) for name in added), "#line 1", body, tail])
@@ -129,8 +147,8 @@ def prepare(glsl: str, file: str, own_folder: Path | None, defines: dict[str, fl
         text,
         spirv,
         tuple(notes),
-        bool(re.search(r"\bvec3\s+albedo\s*\(\s*(?:in\s+)?vec3\s+\w+\s*,\s*(?:in\s+)?vec3\b", bare)),
-        bool(re.search(r"\bfloat\s+exponent\s*\(\s*(?:in\s+)?vec3\s+\w+\s*,\s*(?:in\s+)?vec3\b", bare)),
+        "albedo" in own | parted,
+        "exponent" in own | parted,
     )
 
 

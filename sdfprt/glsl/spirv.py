@@ -129,6 +129,13 @@ class Module:
             return []
         raise SdfprtError(f"an SDF cannot use a GLSL value of type {kind.kind}")
 
+    def size(self, type_id: int) -> int:
+        """How many scalars a type holds, counted without listing them."""
+        kind = self.types[type_id]
+        if kind.kind in ("vector", "matrix", "array"):
+            return self.size(kind.members[0]) * kind.count
+        return sum(self.size(member) for member in kind.members) if kind.kind == "struct" else 1
+
 
 def _string(words: np.ndarray) -> str:
     return words.tobytes().split(b"\0")[0].decode("utf-8", "replace")

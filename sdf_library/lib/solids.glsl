@@ -6,7 +6,7 @@ float sdBox3(vec3 p, vec3 b) {
     return length(max(q, 0.0)) + min(max(q.x, max(q.y, q.z)), 0.0);
 }
 
-// exact: the twelve edges of a cuboid of half sizes b, as square bars of width t
+// exact outside, bound inside: the twelve edges of a cuboid of half sizes b, as square bars of width t
 float sdBoxFrame3(vec3 p, vec3 b, float t) {
     // Three bars, one along each axis, in the corner that the point is nearest to
     vec3 middle = b - 0.5 * t, q = abs(p), bar = vec3(0.5 * t);

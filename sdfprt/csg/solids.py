@@ -145,7 +145,7 @@ def rounded_box(size: Vector = (0.8, 0.8, 0.8), radius: float = 0.1) -> Solid:
 
 
 def box_frame(size: Vector = (0.8, 0.8, 0.8), thickness: float = 0.08) -> Solid:
-    """The twelve edges of a cuboid as square bars."""
+    """The twelve edges of a cuboid as square bars; exact outside, a bound inside."""
     half = np.asarray(size, float) / 2
     return _centred("sdBoxFrame3", (half, thickness), half)
 
@@ -195,7 +195,7 @@ def cross_prism(size: float = 0.9, width: float = 0.3, height: float = 0.2) -> S
 
 
 def jack(size: float = 0.9, width: float = 0.25) -> Solid:
-    """Three crossed bars."""
+    """Three crossed bars; exact outside, a bound inside."""
     bars = [box(np.where(np.arange(3) == i, size, width)) for i in range(3)]
     return bars[0] | bars[1] | bars[2]
 

@@ -37,6 +37,8 @@ def literal(value: float, kind: str) -> Leaf:
             bits = int(np.float32(value).view(np.int32))
             return Leaf(f"__builtin_bit_cast(float, {bits})", "f", True)
         return Leaf(f"({number!r}f)", "f", True)
+    if value == -(2**31):
+        return Leaf("(-2147483647 - 1)", kind, True)  # 2147483648 alone would be a long
     return Leaf(f"({int(value)}u)" if kind == "u" else f"({int(value)})", kind, True)
 
 

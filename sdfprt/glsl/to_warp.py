@@ -232,9 +232,8 @@ class _Writer:
             kind = self.module.types[type_id]
             constant = self.module.constants.get(index)
             if constant is not None and constant.op == "Constant":
-                value = self.values[index][0]
-                number = int(value.name.strip("()u"))
-                type_id, step = self.owner.member(type_id, max(number, 0))
+                bits = constant.operands[0]
+                type_id, step = self.owner.member(type_id, bits if bits < 2**31 else 0)  # negative: the first, as clamp_index
                 offset += step
             elif constant is not None:
                 type_id, _ = self.owner.member(type_id, 0)

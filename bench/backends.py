@@ -14,16 +14,18 @@ import subprocess
 import sys
 import tempfile
 import time
+from itertools import pairwise
 from pathlib import Path
 
 os.environ["MESA_SHADER_CACHE_DISABLE"] = "true"
 
 import numpy as np
 
-from sdfprt import backends, metrics, torch_render
+from sdfprt import backends, metrics, settings, torch_render
 from sdfprt.errors import SdfprtError
 from sdfprt.light import Light
 from sdfprt.material import parse
+from sdfprt.network import TransferNet
 from sdfprt.scene import Scene
 
 PAPER = {  # PLANTS, glossy, RTX 3090, frames a second: GLSL, CUDA
@@ -34,10 +36,20 @@ PAPER = {  # PLANTS, glossy, RTX 3090, frames a second: GLSL, CUDA
 }
 
 
+def random_net(width: int, layers: int) -> TransferNet:
+    """Of the encoding and the bands that a bake has."""
+    rng, encoding = np.random.default_rng(0), settings.Network()
+    octaves, outputs = (encoding.position_frequencies, encoding.normal_frequencies), settings.Transfer.bands**2
+    sizes = [6 + 6 * sum(octaves), *[width] * (layers - 1), outputs]
+    weights = [(rng.normal(0, (2 / i) ** 0.5, (o, i)).astype(np.float32), np.zeros(o, np.float32)) for i, o in pairwise(sizes)]
+    weights[-1][1][0] += 1.0  # mostly positive transfer in the constant band
+    return TransferNet(weights, np.ones(outputs, np.float32), (0.0, 0.0, 0.0), 1.0, *octaves, settings.Transfer.bands)
+
+
 def one(args: argparse.Namespace) -> None:
     """Time one back end with one width; the picture goes to the file of --picture, the times to stdout."""
     scene, light, material = Scene.load(args.scene), Light.load("studio"), parse(args.material)
-    net = torch_render.random_net(args.widths[0], args.layers)
+    net = random_net(args.widths[0], args.layers)
     seconds = []
     for _ in range(1 + args.turns):
         start = time.perf_counter()

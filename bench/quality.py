@@ -108,18 +108,22 @@ def _plot(rows: list[dict], path: Path) -> None:
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
-    labels = [f"{r['scene']}\n{r['material']}\n{r['protocol']}" for r in rows]
-    order = list(dict.fromkeys(labels))
-    figure, axes = pyplot.subplots(figsize=(1.5 + 1.1 * len(order), 4), layout="constrained")
+    scenes = list(dict.fromkeys(r["scene"] for r in rows))
+    panels = list(dict.fromkeys((r["protocol"], r["material"]) for r in rows))
     widths = sorted({r["width"] for r in rows})
-    for k, width in enumerate(widths):
-        own = [(order.index(label), r) for label, r in zip(labels, rows, strict=True) if r["width"] == width]
-        at = [x + (k - (len(widths) - 1) / 2) * 0.35 for x, _ in own]
-        axes.bar(at, [r["psnr"] for _, r in own], 0.33, label=f"k = {width}")
-        axes.plot(at, [r["worst_psnr"] for _, r in own], "k_", label="worst picture" if k == 0 else None)
-    axes.set_xticks(range(len(order)), order, fontsize=7)
-    axes.set_ylabel("PSNR, dB")
-    axes.legend(loc="lower right", fontsize=8)
+    size = (1.5 + 3.2 * len(panels), 1.2 + 0.28 * len(scenes) * len(widths))
+    figure, grid = pyplot.subplots(1, len(panels), figsize=size, layout="constrained", sharey=True, squeeze=False)
+    for axes, (protocol, material) in zip(grid[0], panels, strict=True):
+        for k, width in enumerate(widths):
+            own = [r for r in rows if (r["protocol"], r["material"], r["width"]) == (protocol, material, width)]
+            at = [scenes.index(r["scene"]) + (k - (len(widths) - 1) / 2) * 0.8 / len(widths) for r in own]
+            axes.barh(at, [r["psnr"] for r in own], 0.72 / len(widths), label=f"k = {width}")
+            axes.plot([r["worst_psnr"] for r in own], at, "k|", label="worst picture" if k == 0 else None)
+        axes.set_yticks(range(len(scenes)), scenes)
+        axes.set_title(f"{material}, protocol {protocol}", fontsize=10)
+        axes.set_xlabel("PSNR, dB")
+    grid[0][0].invert_yaxis()
+    figure.legend(*grid[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
     with image.atomic_write(path) as temporary:
         figure.savefig(temporary, dpi=120)
     pyplot.close(figure)
@@ -140,7 +144,7 @@ def main() -> None:
                 rows += measure_scene(which, assets, chosen, views, args.size, args.rays, protocol == "paper")
         line = (
             f"{args.size}x{args.size}, {args.rays} rays a pixel, lights {', '.join(args.lights)}, "
-            f"{os.cpu_count()} cores, {time.perf_counter() - start:.0f} s so far. `sdfprt bench quality`"
+            f"{os.cpu_count()} cores, {time.perf_counter() - start:.0f} s. `sdfprt bench quality`"
         )
         (args.output / "quality.md").write_text(_markdown(rows, line))
         (args.output / "quality.json").write_text(json.dumps({"setting": line, "rows": rows}, indent=2))

@@ -14,9 +14,13 @@ from sdfprt import settings
 from sdfprt.errors import SdfprtError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from sdfprt.asset import Asset
     from sdfprt.camera import Camera
     from sdfprt.light import Light
     from sdfprt.material import Material
+    from sdfprt.mesh import Mesh
     from sdfprt.scene import Scene
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=__doc__)
@@ -71,6 +75,9 @@ Cluster = Annotated[
 Rays = Annotated[int, typer.Option("--rays", help="Rays a sample.")]
 MeshFile = Annotated[Path, typer.Argument(metavar="MESH", help="A triangle mesh: .ply, .obj, .stl or .glb.")]
 FolderOutput = Annotated[Path, typer.Option("-o", "--output", metavar="FOLDER", help="The scene folder to write.")]
+AssetFile = Annotated[Path | None, typer.Option("--asset", help="A baked .safetensors file; default: shipped, cached or baked.")]
+Exposure = Annotated[float, typer.Option("--exposure", help="Multiplies radiance before the tone curve.")]
+PngExposure = Annotated[float, typer.Option("--exposure", help="PNG only.")]
 DEFAULT_SIZE = f"{settings.Render.width}x{settings.Render.height}"
 DEFAULT_LIGHT = "sky_afternoon"
 
@@ -92,6 +99,28 @@ def _size(text: str) -> tuple[int, int]:
     if len(parts) != 2 or not all(part.isdigit() and int(part) > 0 for part in parts):
         raise SdfprtError(f"--size {text}: expected WIDTHxHEIGHT in pixels, such as 640x480")
     return int(parts[0]), int(parts[1])
+
+
+def _baked(scene: "Scene", file: Path | None, width: int) -> "Asset":
+    """The asset of that file, or the shipped, cached or newly baked one of that width."""
+    from sdfprt.asset import Asset
+    from sdfprt.bake import bake
+
+    return Asset.load(file, scene=scene) if file else bake(scene, width=width)
+
+
+def _fitted(mesh: Path, output: Path, fit: "Callable[[Mesh], Scene]") -> None:
+    """Write the scene folder of a fit to a mesh, and say how close it came."""
+    from sdfprt import fidelity
+    from sdfprt.mesh import load
+
+    _folder(output)
+    start = time.perf_counter()
+    source = load(mesh)
+    scene = fit(source)
+    scene.save(output)
+    print(f"{mesh.name}: {fidelity.compare(scene, source)}, {time.perf_counter() - start:.1f} s")
+    print(output)
 
 
 def _picture(output: Path, kinds: tuple[str, ...] = (".png", ".exr")) -> Path:
@@ -226,7 +255,7 @@ def bake(
 def render(
     scene: SceneName,
     output: Output,
-    asset: Annotated[Path | None, typer.Option(help="A baked .safetensors file; default: shipped, cached or baked.")] = None,
+    asset: AssetFile = None,
     light: LightName = DEFAULT_LIGHT,
     yaw: Yaw = 0.0,
     material: MaterialName = None,
@@ -237,21 +266,19 @@ def render(
     fov: Fov = None,
     size: Size = DEFAULT_SIZE,
     samples: Samples = settings.Render.samples,
-    exposure: Annotated[float, typer.Option(help="PNG only.")] = settings.Render.exposure,
+    exposure: PngExposure = settings.Render.exposure,
     dering: Annotated[Switch, typer.Option(help="Window the light's SH until it is nowhere negative.")] = Switch.auto,
     background: Annotated[Switch, typer.Option(help="Show the light behind the scene.")] = Switch.auto,
     backend: Annotated[Backend, typer.Option(help="auto: by measured cost; warp needs no OpenGL.")] = Backend.glsl,
     width: Width = settings.Network.width,
 ) -> None:
     """Render with learnt transfer; bakes first where no asset exists."""
-    from sdfprt.asset import Asset
-    from sdfprt.bake import bake as run_bake
     from sdfprt.image import write
 
     is_png = _picture(output).suffix.lower() == ".png"
     pixels = _size(size)
     loaded, environment, lobe, camera = _setup(scene, light, yaw, material, albedo, specular, eye, target, fov)
-    baked = Asset.load(asset, scene=loaded) if asset else run_bake(loaded, width=width)
+    baked = _baked(loaded, asset, width)
     from sdfprt.backends import frame
 
     picture = frame(
@@ -285,7 +312,7 @@ def render_set(
     size: Size = DEFAULT_SIZE,
     samples: Samples = settings.Render.samples,
     kind: Annotated[Picture, typer.Option("--format", help="exr: raw radiance and alpha; png: for the eye.")] = Picture.exr,
-    exposure: Annotated[float, typer.Option(help="PNG only.")] = settings.Render.exposure,
+    exposure: PngExposure = settings.Render.exposure,
     asset: Annotated[list[Path] | None, typer.Option(help="Baked .safetensors files, found by their scene.")] = None,
     width: Width = settings.Network.width,
     cluster: Cluster = None,
@@ -340,7 +367,7 @@ def reference(
     checkpoint: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Keep the passes here, to go on to more spp; default: until it is done.")
     ] = None,
-    exposure: Annotated[float, typer.Option(help="PNG only.")] = settings.Render.exposure,
+    exposure: PngExposure = settings.Render.exposure,
     background: Annotated[Switch, typer.Option(help="Show the light behind the scene.")] = Switch.auto,
     seed: int = 0,
 ) -> None:
@@ -400,7 +427,7 @@ def export(
     scene: SceneName,
     html: Annotated[Path | None, typer.Option(metavar="OUT.html", help="One page that needs nothing else; WebGL 2.")] = None,
     shadertoy: Annotated[Path | None, typer.Option(metavar="OUT.glsl", help="One tab of Shadertoy.")] = None,
-    asset: Annotated[Path | None, typer.Option(help="A baked .safetensors file; default: shipped, cached or baked.")] = None,
+    asset: AssetFile = None,
     light: LightName = DEFAULT_LIGHT,
     yaw: Yaw = 0.0,
     material: MaterialName = None,
@@ -411,14 +438,12 @@ def export(
     fov: Fov = None,
     size: Size = DEFAULT_SIZE,
     samples: Samples = settings.Render.samples,
-    exposure: Annotated[float, typer.Option(help="Multiplies radiance before the tone curve.")] = settings.Render.exposure,
+    exposure: Exposure = settings.Render.exposure,
     dering: Annotated[Switch, typer.Option(help="Window the light's SH until it is nowhere negative; auto is on.")] = Switch.auto,
     background: Annotated[Switch, typer.Option(help="Show the light behind the scene; auto is on.")] = Switch.auto,
     width: Width = settings.Network.width,
 ) -> None:
     """Write the scene for browsers: a page with the mouse on the camera, or the text of a shader for Shadertoy."""
-    from sdfprt.asset import Asset
-    from sdfprt.bake import bake as run_bake
     from sdfprt.export import export_html, export_shadertoy
     from sdfprt.image import atomic_write
 
@@ -430,7 +455,7 @@ def export(
         _picture(shadertoy, (".glsl", ".frag", ".txt"))
     pixels = _size(size)
     loaded, environment, lobe, camera = _setup(scene, light, 0.0, material, albedo, specular, eye, target, fov)
-    baked = Asset.load(asset, scene=loaded) if asset else run_bake(loaded, width=width)
+    baked = _baked(loaded, asset, width)
     look = {
         "material": lobe,
         "camera": camera,
@@ -453,7 +478,7 @@ def export(
 @app.command()
 def view(
     scene: SceneName,
-    asset: Annotated[Path | None, typer.Option(help="A baked .safetensors file; default: shipped, cached or baked.")] = None,
+    asset: AssetFile = None,
     light: LightName = DEFAULT_LIGHT,
     yaw: Yaw = 0.0,
     material: MaterialName = None,
@@ -463,19 +488,17 @@ def view(
     target: Target = None,
     fov: Fov = None,
     size: Size = DEFAULT_SIZE,
-    exposure: Annotated[float, typer.Option(help="Multiplies radiance before the tone curve.")] = settings.Render.exposure,
+    exposure: Exposure = settings.Render.exposure,
     width: Width = settings.Network.width,
 ) -> None:
     """Open a window: drag turns the camera, keys turn the light and change light, material and exposure."""
-    from sdfprt.asset import Asset
-    from sdfprt.bake import bake as run_bake
     from sdfprt.view import KEYS, need_display
     from sdfprt.view import view as run
 
     pixels = _size(size)
     loaded, environment, lobe, camera = _setup(scene, light, 0.0, material, albedo, specular, eye, target, fov)
     need_display(loaded)
-    baked = Asset.load(asset, scene=loaded) if asset else run_bake(loaded, width=width)
+    baked = _baked(loaded, asset, width)
     print(KEYS)
     run(loaded, baked, environment, yaw=yaw, material=lobe, camera=camera, size=pixels, exposure=exposure)
 
@@ -490,17 +513,9 @@ def neural_fit(
     seed: int = 0,
 ) -> None:
     """Fit a neural SDF to a mesh: a scene folder whose GLSL is the network."""
-    from sdfprt import fidelity
-    from sdfprt.mesh import load
     from sdfprt.neural.fit import fit_mesh
 
-    _folder(output)
-    start = time.perf_counter()
-    source = load(mesh)
-    scene = fit_mesh(source, width, layers, steps, seed=seed, name=output.name)
-    scene.save(output)
-    print(f"{mesh.name}: {fidelity.compare(scene, source)}, {time.perf_counter() - start:.1f} s")
-    print(output)
+    _fitted(mesh, output, lambda source: fit_mesh(source, width, layers, steps, seed=seed, name=output.name))
 
 
 @app.command()
@@ -510,16 +525,9 @@ def grid_fit(
     resolution: Annotated[int, typer.Option(help="Samples along the longest side.")] = settings.GridFit.resolution,
 ) -> None:
     """Sample the distance to a mesh on a grid: a scene folder whose GLSL reads a 3D texture."""
-    from sdfprt import fidelity, grid
-    from sdfprt.mesh import load
+    from sdfprt.grid import fit_mesh
 
-    _folder(output)
-    start = time.perf_counter()
-    source = load(mesh)
-    scene = grid.fit_mesh(source, resolution, name=output.name)
-    scene.save(output)
-    print(f"{mesh.name}: {fidelity.compare(scene, source)}, {time.perf_counter() - start:.1f} s")
-    print(output)
+    _fitted(mesh, output, lambda source: fit_mesh(source, resolution, name=output.name))
 
 
 @app.command()

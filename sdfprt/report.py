@@ -173,6 +173,14 @@ def _png(picture: ndarray) -> str:
     return f'<img alt="" src="data:image/png;base64,{base64.b64encode(memory.getvalue()).decode()}">'
 
 
+def _cell(key: str, value: object) -> str:
+    if not isinstance(value, float):
+        return str(value)
+    if "share" in key:
+        return f"{round(value, 3) + 0.0:.3f}"  # no minus before a zero
+    return f"{value:.3f}" if key == "flip" else f"{value:.1f}"
+
+
 def table(rows: Sequence[Split | BandRow]) -> str:
     """Rows of one dataclass as an HTML table."""
     if not rows:
@@ -180,8 +188,7 @@ def table(rows: Sequence[Split | BandRow]) -> str:
     head = "".join(f"<th>{key.replace('_', ' ')}</th>" for key in asdict(rows[0]))
     lines = []
     for row in rows:
-        cells = (f"{v:.3g}" if k in ("flip",) or "share" in k else f"{v:.1f}" if isinstance(v, float) else v
-                 for k, v in asdict(row).items())  # fmt: skip
+        cells = (_cell(key, value) for key, value in asdict(row).items())
         lines.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
     return f"<table><tr>{head}</tr>{''.join(lines)}</table>"
 

@@ -29,13 +29,15 @@ from sdfprt.camera import Camera
 from sdfprt.errors import SdfprtError
 from sdfprt.field import Box
 from sdfprt.glsl.compile import compile_glsl
+from sdfprt.glsl.parts import Parts, check_parts
 from sdfprt.glsl.prepare import Prepared, field_module, prepare
 from sdfprt.glsl.spirv import fingerprint, parse
 from sdfprt.glsl.to_warp import BUDGET, Texture, Translator
 from sdfprt.image import atomic_write
-from sdfprt.material import Material, parts
+from sdfprt.material import DiffusePhong, Material
 from sdfprt.material import name as material_name
 from sdfprt.material import parse as parse_material
+from sdfprt.material import parts as material_parts
 from sdfprt.resources import folder
 from sdfprt.settings import FromTorch, GridFit
 
@@ -60,6 +62,7 @@ class Scene:
     defines: Mapping[str, float] = default(default_factory=dict)
     title: str = ""
     textures: Mapping[str, ndarray] = default(default_factory=dict)  # (z, y, x) by the name of the sampler3D that reads it
+    parts: Parts = default(default_factory=dict)  # colours by the .y of vec2 map; see README
     notes: tuple[str, ...] = ()  # what is worth knowing of how it was made; `check` shows them
 
     def __post_init__(self) -> None:
@@ -71,6 +74,7 @@ class Scene:
         for name, values in self.textures.items():
             if values.ndim != 3 or not values.size or values.dtype not in (np.float16, np.float32):
                 raise SdfprtError(f"{self.file}: texture {name} is {values.dtype} {values.shape}; it must be 3D float16 or float32")
+        check_parts(self.parts, self.file)
         if self.camera is None:
             object.__setattr__(self, "camera", Camera.framing(self.bounds))
         if self.material is None:
@@ -171,15 +175,16 @@ class Scene:
             path.mkdir(parents=True, exist_ok=True)
         except FileExistsError:
             raise SdfprtError(f"{path}: there is a file of that name; give a folder") from None
-        numbers = lambda values: "[" + ", ".join(repr(float(v)) for v in values) + "]"  # noqa: E731
         lines = [f"title = {json.dumps(self.title or self.name)}"]
-        lines.append(f"bounds = [{numbers(self.bounds[0])}, {numbers(self.bounds[1])}]")
+        lines.append(f"bounds = [{_toml(self.bounds[0])}, {_toml(self.bounds[1])}]")
         lines += [f"{key} = {float(getattr(self, key))!r}" for key in ("step", "offset") if key == "step" or self.offset]
-        eye, target, up = (numbers(v) for v in (self.camera.eye, self.camera.target, self.camera.up))
+        eye, target, up = (_toml(v) for v in (self.camera.eye, self.camera.target, self.camera.up))
         lines += ["", "[camera]", f"eye = {eye}", f"target = {target}", f"up = {up}", f"fov = {float(self.camera.fov)!r}"]
         lines += ["", "[material]", *_material_lines(self.material)]
         if self.textures:
             lines += ["", "[textures]", *(f'{name} = "{name}.safetensors"' for name in self.textures)]
+        for number, part in self.parts.items():
+            lines += ["", f"[parts.{number}]", *(f"{key} = {_toml(value)}" for key, value in part.items())]
         if self.defines:
             lines += ["", "[defines]", *(f"{name} = {value!r}" for name, value in self.defines.items())]
         for name, values in self.textures.items():
@@ -193,7 +198,8 @@ class Scene:
     @functools.cached_property
     def prepared(self) -> Prepared:
         """The text ready for both roads, and what had to be mended."""
-        return prepare(self.glsl, self.file, self.folder, dict(self.defines), self.offset)
+        rest = material_parts(DiffusePhong()) | material_parts(self.material)
+        return prepare(self.glsl, self.file, self.folder, self.defines, self.offset, self.parts, rest)
 
     @property
     def shader_source(self) -> str:
@@ -329,10 +335,15 @@ def _native(
     )
 
 
+def _toml(value: object) -> str:
+    """A number, or numbers in brackets."""
+    return repr(np.asarray(value, float).tolist())
+
+
 def _material_lines(material: Material) -> list[str]:
     """The [material] of a scene.toml, as `_settings` reads it."""
-    colours = {key: value for key, value in parts(material).items() if key != "exponent"}
-    lines = [f"{key} = [{', '.join(repr(float(v)) for v in colour)}]" for key, colour in colours.items()]
+    colours = {key: value for key, value in material_parts(material).items() if key != "exponent"}
+    lines = [f"{key} = {_toml(colour)}" for key, colour in colours.items()]
     return [f'kind = "{material_name(material)}"', *lines]
 
 
@@ -383,6 +394,7 @@ def _settings(path: Path) -> dict:
             colours: dict = {k: tuple(map(float, v)) for k, v in settings.items()}
             found["material"] = parse_material(kind, **colours)
         found["defines"] = toml.get("defines", {})
+        found["parts"] = {int(number): part for number, part in toml.get("parts", {}).items()}
         found["textures"] = {name: _texture(path / str(source), name) for name, source in toml.get("textures", {}).items()}
     except (tomllib.TOMLDecodeError, TypeError, ValueError) as error:
         raise SdfprtError(f"{file}: {error}") from None

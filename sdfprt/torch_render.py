@@ -7,7 +7,6 @@ Shading is sdfprt.shading, the same as everywhere.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 import torch
@@ -118,6 +117,7 @@ def frame(
     net = network_of(asset, scene)
     material, camera = material or scene.material, camera or scene.camera
     coefficients, strength = light.sh_dered(net.bands) if dering else (light.sh(net.bands), 0.0)
+    directions = camera.rays(size, samples)[1] if background else np.empty((0, 0, 3))
     picture = np.zeros((size[1], size[0], 4), np.float32)
     for seen in SURFACES[backend](scene, camera, size, samples):
         # Network and light on the packed samples
@@ -134,7 +134,6 @@ def frame(
 
         # Unpacked, with the light behind it, averaged over each pixel's samples
         if background:
-            _, directions = camera.rays(size, samples)
             behind = ~seen.mask
             fine[behind, :3] = light.radiance(directions[y : y + height, x : x + width][behind])
         cells = fine.reshape(height // samples, samples, width // samples, samples, 4)
@@ -142,15 +141,3 @@ def frame(
     if bad := int((~np.isfinite(picture)).any(axis=2).sum()):
         raise SdfprtError(f"{scene.file}: {bad} pixels are not finite; does the SDF or its albedo give NaN?")
     return Frame(picture[..., :3], picture[..., 3], strength)
-
-
-def random_net(width: int, layers: int, like: TransferNet | None = None, bands: int = settings.Transfer.bands) -> TransferNet:
-    """A network of that size that was never trained, for measuring speed."""
-    rng = np.random.default_rng(0)
-    position, normal = settings.Network.position_frequencies, settings.Network.normal_frequencies
-    if like is not None:
-        position, normal, bands = like.position_frequencies, like.normal_frequencies, like.bands
-    sizes = [6 + 6 * (position + normal)] + [width] * (layers - 1) + [bands**2]
-    weights = [(rng.normal(0, (2 / i) ** 0.5, (o, i)).astype(np.float32), np.zeros(o, np.float32)) for i, o in pairwise(sizes)]
-    weights[-1][1][0] += 1.0  # mostly positive transfer in the constant band
-    return TransferNet(weights, np.ones(bands**2, np.float32), (0.0, 0.0, 0.0), 1.0, position, normal, bands)

@@ -1,6 +1,8 @@
 """The OpenGL renderer against Warp's tracer with numpy's network and shading, and against laws."""
 
+import functools
 import importlib
+from dataclasses import replace
 
 import nets
 import numpy as np
@@ -12,6 +14,7 @@ from sdfprt.errors import SdfprtError
 from sdfprt.light import Light
 from sdfprt.material import Diffuse, DiffusePhong, Phong
 from sdfprt.scene import Scene
+from sdfprt.torch_render import frame as torch_frame
 from sdfprt.trace import gbuffer
 
 render = importlib.import_module("sdfprt.render")  # sdfprt.render is the function
@@ -86,6 +89,25 @@ def test_the_scenes_own_albedo_and_exponent_are_used():
     a = render.frame(Scene(glsl=own), NET, LIGHT, DiffusePhong(), size=(20, 20))
     b = render.frame(Scene(glsl=base), NET, LIGHT, DiffusePhong((0.2, 0.4, 0.6), 6.0), size=(20, 20))
     np.testing.assert_allclose(a.rgb, b.rgb, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("backend", ["glsl", "warp"])
+def test_part_numbers_pick_colours_from_the_table(backend: str):
+    two = "float a = length(p - vec3(0.45, 0, 0)) - 0.4, b = length(p + vec3(0.45, 0, 0)) - 0.4;"
+    numbers = Scene(
+        glsl=f"vec2 map(vec3 p) {{ {two} return a < b ? vec2(a, 2.0) : vec2(b, 7.0); }}",
+        parts={2: {"albedo": (0.9, 0.1, 0.2), "exponent": 5}},
+        material=DiffusePhong((0.2, 0.4, 0.6), 30.0),
+    )
+    choice = "p.x > 0.0 ? vec3(0.9, 0.1, 0.2) : vec3(0.2, 0.4, 0.6)"
+    functions = (
+        f"vec3 albedo(vec3 p, vec3 n) {{ return {choice}; }} float exponent(vec3 p, vec3 n) {{ return p.x > 0.0 ? 5. : 30.; }}"
+    )
+    written = Scene(glsl=f"float sdf(vec3 p) {{ {two} return min(a, b); }} {functions}", material=DiffusePhong())
+    draw = render.frame if backend == "glsl" else functools.partial(torch_frame, backend="warp")
+    a, b = (draw(scene, NET, LIGHT, size=(20, 20)) for scene in (numbers, written))
+    np.testing.assert_allclose(a.rgb, b.rgb, rtol=0, atol=1e-6)
+    assert numbers.hash == replace(numbers, parts={}).hash  # transfer does not see colours
 
 
 def test_a_ray_that_enters_inside_the_solid_hits_the_cut_face():

@@ -54,6 +54,39 @@ def test_defines_replace_what_the_host_would_set() -> None:
     np.testing.assert_allclose(scene.distance(np.zeros((1, 3), np.float32)), -0.75)
 
 
+PARTS = "vec2 map(vec3 p) { return vec2(length(p) - 0.5, step(0.0, p.x)); }"
+
+
+def test_a_folder_keeps_its_parts(tmp_path: Path) -> None:
+    parts = {0: {"albedo": (0.1, 0.2, 0.3)}, 1: {"exponent": 64.0}}
+    Scene(glsl=PARTS, parts=parts).save(tmp_path)
+    again = Scene.load(tmp_path)
+    assert {key: {name: np.ravel(v).tolist() for name, v in part.items()} for key, part in again.parts.items()} == {
+        0: {"albedo": [0.1, 0.2, 0.3]},
+        1: {"exponent": [64.0]},
+    }
+    assert again.has_albedo and again.has_exponent
+
+
+@pytest.mark.parametrize(
+    ("text", "parts", "said"),
+    [
+        (PARTS, {1: {"colour": (1, 1, 1)}}, "part 1 is"),
+        (PARTS, {1: {"albedo": "red"}}, "three numbers"),
+        (PARTS, {1: 0.5}, "three numbers"),
+        ("float sdf(vec3 p) { return length(p) - 0.5; }", {1: {"exponent": 2}}, "vec2 map"),
+    ],
+)
+def test_wrong_parts_are_one_clear_error(text: str, parts: dict, said: str) -> None:
+    with pytest.raises(SdfprtError, match=said):
+        Scene(glsl=text, parts=parts)
+
+
+def test_the_file_s_own_albedo_wins_over_parts() -> None:
+    scene = Scene(glsl=PARTS + "vec3 albedo(vec3 p, vec3 n) { return vec3(1.0); }", parts={1: {"albedo": (0, 0, 0)}})
+    assert any("[parts] gives albedo" in note for note in scene.prepared.notes)
+
+
 def test_slope_of_a_scaled_distance_is_the_scale() -> None:
     box = ((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
     for scale in (0.25, 1.0, 1.4):

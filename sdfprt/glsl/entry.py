@@ -19,11 +19,15 @@ _TIMES = ("t", "time", "itime", "tm", "u_time")
 
 @dataclass(frozen=True)
 class Entry:
-    """`locals` are statements that go before; `value` is the distance at p; `note` says what was chosen, if anything was."""
+    """`locals` are statements that go before; `value` is the distance at p; `note` says what was chosen, if anything was.
+
+    `part` is the number of the part that p is nearest to, or nothing.
+    """
 
     locals: str
     value: str
     note: str
+    part: str
 
 
 def find_entry(bare: str, file: str) -> Entry:
@@ -42,7 +46,9 @@ def find_entry(bare: str, file: str) -> Entry:
                     plain = name in ("sdf", "map") and result in ("float", "vec2") and not said
                     note = "" if plain else "; ".join([f"the distance is {result} {name}({parameters.strip()})", *said])
                     order = (2 if extra else 0) + (result != "float")
-                    found.setdefault(name.lower(), []).append((order, Entry(before, f"{name}({arguments}){part}", note)))
+                    call = f"{name}({arguments})"
+                    choice = Entry(before, call + part, note, f"{call}.y" if result == "vec2" else "")
+                    found.setdefault(name.lower(), []).append((order, choice))
     for name in _NAMES:
         if name in found:
             return min(found[name], key=lambda pair: pair[0])[1]

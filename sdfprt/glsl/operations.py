@@ -37,6 +37,8 @@ def literal(value: float, kind: str) -> Leaf:
             bits = int(np.float32(value).view(np.int32))
             return Leaf(f"__builtin_bit_cast(float, {bits})", "f", True)
         return Leaf(f"({number!r}f)", "f", True)
+    if value == -(2**31):
+        return Leaf("(-2147483647 - 1)", kind, True)  # 2147483648 alone would be a long
     return Leaf(f"({int(value)}u)" if kind == "u" else f"({int(value)})", kind, True)
 
 
@@ -66,6 +68,7 @@ _COMPARE = {  # (function, swapped, negated)
     "ULessThanEqual": ("le", False, False), "SGreaterThanEqual": ("le", True, False),
     "UGreaterThanEqual": ("le", True, False), "IEqual": ("eq", False, False), "INotEqual": ("eq", False, True),
 }  # fmt: skip
+_PAIRS = ("IAddCarry", "ISubBorrow", "UMulExtended", "SMulExtended")
 _SIGN = {"lt": "<", "le": "<=", "eq": "=="}
 _UNARY_EXT = {
     1: "round_away", 2: "round_even", 3: "trunc", 4: "abs", 6: "sign", 8: "floor", 9: "ceil", 10: "fract", 13: "sin",
@@ -238,6 +241,10 @@ def evaluate(owner: Translator, i: Instruction, values: dict[int, list[Leaf]], t
             for x, y, k in zip(operand(0), operand(1), kinds, strict=True)
         ]
 
+    if op in _PAIRS:
+        pairs = [_pair(op, x, y, kinds[0], temp) for x, y in zip(operand(0), operand(1), strict=True)]
+        return [leaf for half in zip(*pairs, strict=True) for leaf in half]
+
     if op == "LogicalNot":
         return [temp("b", x.uniform, f"!{x.name}" if x.uniform else f"~{x.name}") for x in operand(0)]
     if op in ("LogicalAnd", "LogicalOr"):
@@ -309,6 +316,23 @@ def _bits(text: str, source: str, target: str) -> str:
     if target == "f":
         return f"as_F({text})" if source == "i" else f"as_F(as_I({text}))"
     return _cast(text, source, target)
+
+
+def _pair(op: str, x: Leaf, y: Leaf, kind: str, temp: Temp) -> tuple[Leaf, Leaf]:
+    """The low 32 bits of a sum, difference or product, and the carry, the borrow or the high bits (GLSL 4.5, 8.8)."""
+    a, b = _as(x, "u"), _as(y, "u")
+    if op in ("IAddCarry", "ISubBorrow"):
+        low = temp("u", False, f"{a} {'+' if op == 'IAddCarry' else '-'} {b}")
+        over = f"lt({low.name}, {a})" if op == "IAddCarry" else f"lt({a}, {b})"
+        return low, temp("u", False, f"sel({over}, splat(1u), splat(0u))")
+    # Halves of 16 bits; a negative factor stands for itself plus 2^32
+    a0, a1, b0, b1 = (temp("u", False, f"{v} {part}").name for v in (a, b) for part in ("& 65535u", ">> 16u"))
+    middle = temp("u", False, f"{a1} * {b0} + (({a0} * {b0}) >> 16u)").name
+    other = temp("u", False, f"{a0} * {b1} + ({middle} & 65535u)").name
+    high = f"{a1} * {b1} + ({middle} >> 16u) + ({other} >> 16u)"
+    if op == "SMulExtended":
+        high += "".join(f" - sel(lt({_as(p, 'i')}, splat(0)), {_as(q, 'u')}, splat(0u))" for p, q in ((x, y), (y, x)))
+    return temp(kind, False, _cast(f"({a} * {b})", "u", kind)), temp(kind, False, _cast(f"({high})", "u", kind))
 
 
 def _compare(op: str, x: Leaf, y: Leaf, uniform: bool, temp: Temp) -> Leaf:

@@ -1,14 +1,17 @@
 """The user's GLSL made ready for both roads: includes, what hosts define, the entry point under one name."""
 
+import functools
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from sdfprt.errors import GlslError
 from sdfprt.glsl.compile import compile_glsl
 from sdfprt.glsl.entry import find_entry, without_mains
 from sdfprt.glsl.include import definitions, expand_includes, macros
+from sdfprt.glsl.parts import KINDS, Parts, part_function
 from sdfprt.glsl.text import code_only, without_comments
 
 VERSION = "#version 430\n"
@@ -48,6 +51,9 @@ _HOST = {
 }
 
 
+_COLOURS = {name: rf"\b{kind}\s+{name}\s*\(\s*(?:in\s+)?vec3\s+\w+\s*,\s*(?:in\s+)?vec3\b" for name, kind in KINDS.items()}
+
+
 @dataclass(frozen=True)
 class Prepared:
     """`text` compiles after a #version line; `spirv` is the distance's module; `notes` say what was added or mended."""
@@ -67,18 +73,26 @@ def _plain(text: str) -> str:
 
 
 def prepare(
-    glsl: str, file: str, own_folder: Path | None, defines: dict[str, float], offset: float, start: Mapping[str, int] | None = None
+    glsl: str,
+    file: str,
+    own_folder: Path | None,
+    defines: Mapping[str, float],
+    offset: float,
+    parts: Parts,
+    rest: Mapping[str, Any],
+    start: Mapping[str, int] | None = None,
 ) -> Prepared:
-    """Make the user's text ready. Raises GlslError with the user's file and line.
+    """Make the user's text ready; `rest` colours what `parts` leaves out. Raises GlslError with the user's file and line.
 
     A file prelude.glsl in `own_folder` goes before it where it defines what the text misses. Globals without a value
     begin at zero, or as `start` has it.
     """
+    make = functools.partial(_prepare, glsl, file, own_folder, defines, offset, parts, rest, start or {})
     try:
-        return _prepare(glsl, file, own_folder, defines, offset, start or {}, "")
+        return make("")
     except _Missing as missing:
         try:
-            prepared = _prepare(glsl, file, own_folder, defines, offset, start or {}, missing.prelude)
+            prepared = make(missing.prelude)
         except GlslError as error:
             own = lambda m: f"{PRELUDE}:{int(m[1]) - _FAR}"  # noqa: E731
             raise GlslError(re.sub(rf"{re.escape(file)}:({_FAR // 10**6}\d{{6}})\b", own, str(error))) from None
@@ -105,7 +119,15 @@ def _prelude(own_folder: Path | None, missing: list[str]) -> None:
 
 
 def _prepare(
-    glsl: str, file: str, own_folder: Path | None, defines: dict[str, float], offset: float, start: Mapping[str, int], prelude: str
+    glsl: str,
+    file: str,
+    own_folder: Path | None,
+    defines: Mapping[str, float],
+    offset: float,
+    parts: Parts,
+    rest: Mapping[str, Any],
+    start: Mapping[str, int],
+    prelude: str,
 ) -> Prepared:
     if "\0" in glsl or len(glsl) > _MAX_TEXT:
         raise GlslError(f"{file}: this is not GLSL text (a zero byte, or over {_MAX_TEXT:,} characters)")
@@ -131,6 +153,10 @@ def _prepare(
         body = re.sub(r"\bgl_FragColor\b", "sdfprt_frag_color", body)
     body, zeroed = _zeroed_globals(body, start)
     tail = f"\n#undef main\nfloat {ENTRY}(vec3 p) {{ {entry.locals} return {entry.value} - {offset!r}; }}\n"
+    own = {name for name, function in _COLOURS.items() if re.search(function, bare)}
+    parted = {name for name in KINDS if any(name in part for part in parts.values())}
+    tail += "".join(part_function(name, entry, parts, rest, file) for name in sorted(parted - own))
+    notes += [f"[parts] gives {name}, and so does the file; the file's is taken" for name in sorted(parted & own)]
     added: dict[str, None] = {}
     while True:
         text = "\n".join([*header, *(_HOST[name].format(name) for name in added), "#line 1", body, tail])
@@ -151,9 +177,14 @@ def _prepare(
         text,
         spirv,
         tuple(notes),
+<<<<<<< HEAD
         bool(re.search(r"\bvec3\s+albedo\s*\(\s*(?:in\s+)?vec3\s+\w+\s*,\s*(?:in\s+)?vec3\b", bare)),
         bool(re.search(r"\bfloat\s+exponent\s*\(\s*(?:in\s+)?vec3\s+\w+\s*,\s*(?:in\s+)?vec3\b", bare)),
         tuple(zeroed),
+=======
+        "albedo" in own | parted,
+        "exponent" in own | parted,
+>>>>>>> main
     )
 
 

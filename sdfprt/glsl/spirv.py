@@ -25,6 +25,7 @@ _OPCODES = {
     130: "ISub", 131: "FSub", 132: "IMul", 133: "FMul", 134: "UDiv", 135: "SDiv", 136: "FDiv", 137: "UMod",
     138: "SRem", 139: "SMod", 140: "FRem", 141: "FMod", 142: "VectorTimesScalar", 143: "MatrixTimesScalar",
     144: "VectorTimesMatrix", 145: "MatrixTimesVector", 146: "MatrixTimesMatrix", 147: "OuterProduct", 148: "Dot",
+    149: "IAddCarry", 150: "ISubBorrow", 151: "UMulExtended", 152: "SMulExtended",
     154: "Any", 155: "All", 156: "IsNan", 157: "IsInf", 164: "LogicalEqual", 165: "LogicalNotEqual", 166: "LogicalOr",
     167: "LogicalAnd", 168: "LogicalNot", 169: "Select", 170: "IEqual", 171: "INotEqual", 172: "UGreaterThan",
     173: "SGreaterThan", 174: "UGreaterThanEqual", 175: "SGreaterThanEqual", 176: "ULessThan", 177: "SLessThan",
@@ -127,6 +128,13 @@ class Module:
         if kind.kind == "void":
             return []
         raise SdfprtError(f"an SDF cannot use a GLSL value of type {kind.kind}")
+
+    def size(self, type_id: int) -> int:
+        """How many scalars a type holds, counted without listing them."""
+        kind = self.types[type_id]
+        if kind.kind in ("vector", "matrix", "array"):
+            return self.size(kind.members[0]) * kind.count
+        return sum(self.size(member) for member in kind.members) if kind.kind == "struct" else 1
 
 
 def _string(words: np.ndarray) -> str:

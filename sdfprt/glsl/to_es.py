@@ -57,6 +57,21 @@ _LATER = {
     75: ("u", "int NAME(uint x) { int n = -1; for (; x != 0u; x >>= 1) n++; return n; }"),
     74: ("i", "int NAME(int x) { uint y = uint(x < 0 ? ~x : x); int n = -1; for (; y != 0u; y >>= 1) n++; return n; }"),
 }  # fmt: skip
+_HALVES = (
+    "uint l = (x & 65535u) * (y & 65535u), m = (x >> 16) * (y & 65535u) + (l >> 16), n = (x & 65535u) * (y >> 16) + (m & 65535u); "
+    "uint high = (x >> 16) * (y >> 16) + (m >> 16) + (n >> 16);"
+)
+_LATER |= {
+    "carry": ("uu", "uint NAME(uint x, uint y) { return x + y < x ? 1u : 0u; }"),
+    "borrow": ("uu", "uint NAME(uint x, uint y) { return x < y ? 1u : 0u; }"),
+    "high": ("uu", f"uint NAME(uint x, uint y) {{ {_HALVES} return high; }}"),
+    "signed_high": (
+        "ii",
+        f"int NAME(int a, int b) {{ uint x = uint(a), y = uint(b); {_HALVES} "
+        "return int(high - (a < 0 ? y : 0u) - (b < 0 ? x : 0u)); }",
+    ),
+}
+_PAIRS = {"IAddCarry": "carry", "ISubBorrow": "borrow", "UMulExtended": "high", "SMulExtended": "signed_high"}
 
 
 def translate(module: Module, prefix: str, inputs: tuple[str, ...], signature: str, output: str = "sdfprt_out") -> str:
@@ -480,17 +495,21 @@ class _Writer:
         if op == "Undef":
             return owner.zero(i.type)
         if op in _LATER:
-            return self._later(i, op, i.operands)
+            return self._later(i.type, op, i.operands)
+        if op in _PAIRS:
+            sign = "+" if op == "IAddCarry" else "-" if op == "ISubBorrow" else "*"
+            low, high = f"{value(0)} {sign} {value(1)}", self._later(result.members[1], _PAIRS[op], i.operands)
+            return f"{of}({low}, {high})"
         raise SdfprtError(f"GLSL ES 3.00 has nothing for {op}")
 
-    def _later(self, i: Instruction, key: str | int, operands: tuple[int, ...]) -> str:
+    def _later(self, type_id: int, key: str | int, operands: tuple[int, ...]) -> str:
         """A function of ours for one that ES has not, component by component."""
         takes, text = _LATER[key]
         name = f"{self.owner.prefix}{str(key).lower()}"
         declaration = text.replace("NAME", name)
         if declaration not in self.owner.declarations:
             self.owner.declarations.append(declaration)
-        of, width = self.owner.type(i.type), self._width(i.type)
+        of, width = self.owner.type(type_id), self._width(type_id)
         kinds = [{"u": "uint", "i": "int"}[k] for k in takes]
         wide = [self._width(self.module.type_of[o]) > 1 for o in operands]
         calls = []
@@ -511,7 +530,7 @@ class _Writer:
         if number == 36:  # the fraction and the whole as a struct
             return f"{self.owner.type(i.type)}({values[0]} - trunc({values[0]}), trunc({values[0]}))"
         if number in _LATER:
-            return self._later(i, number, operands)
+            return self._later(i.type, number, operands)
         if number not in _EXTENDED:
             raise SdfprtError(f"GLSL ES 3.00 has no {'frexp' if number == 52 else f'function for GLSL.std.450 number {number}'}")
         return f"{_EXTENDED[number]}({', '.join(values)})"

@@ -22,6 +22,7 @@ _C_TYPE = {"f": "F", "i": "I", "u": "U", "b": "M"}
 _C_UNIFORM = {"f": "float", "i": "int", "u": "unsigned", "b": "bool"}
 _LARGE = 400  # instructions; a larger function is called, a smaller one inlined
 _HEAVY = 8  # instructions that are worth a test whether any lane wants them
+_MEMORY = 50_000  # scalars of all variables: 16 lanes of them still fit a thread's stack
 BUDGET = 50_000  # turns of all loops in one evaluation: what exceeds it does not end in sensible time
 
 
@@ -75,6 +76,10 @@ class Translator:
                 if name not in (textures or {}):
                     raise SdfprtError(f"the sampler '{name}' has no data: give `[textures]` in scene.toml, {name} = a file")
                 self.samplers[v.result] = (textures or {})[name]
+        variables = [v for function in module.functions.values() for v in function.variables]
+        scalars = sum(module.size(self.pointee(v.type)) for v in (*module.globals, *variables) if v.result not in self.samplers)
+        if scalars > _MEMORY:
+            raise SdfprtError(f"its variables hold {scalars:,} numbers; {_MEMORY:,} is the most that can be evaluated")
         self.uniformity = {key: Uniformity(module, function) for key, function in module.functions.items()}
         self.constants: dict[int, list[Leaf]] = {}
         for key, constant in module.constants.items():
@@ -227,9 +232,8 @@ class _Writer:
             kind = self.module.types[type_id]
             constant = self.module.constants.get(index)
             if constant is not None and constant.op == "Constant":
-                value = self.values[index][0]
-                number = int(value.name.strip("()u"))
-                type_id, step = self.owner.member(type_id, max(number, 0))
+                bits = constant.operands[0]
+                type_id, step = self.owner.member(type_id, bits if bits < 2**31 else 0)  # negative: the first, as clamp_index
                 offset += step
             elif constant is not None:
                 type_id, _ = self.owner.member(type_id, 0)

@@ -1,0 +1,71 @@
+"""Does damaged GLSL ever do worse than one clear error? Files of the tests' corpus, damaged at random, from text to distances.
+
+Each runs in a process of its own kind, so that a crash or a hang is seen: the seed and what happened are printed. Needs a
+checkout: the damage is the tests' own.
+"""
+
+import argparse
+import multiprocessing
+import platform
+import sys
+import time
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
+
+
+def work(pipe: Connection) -> None:
+    """Seeds in, outcomes out."""
+    import warp as wp
+    from fuzz_glsl import damaged, outcome
+
+    wp.config.optimization_level = 0
+    points = np.random.default_rng(0).uniform(-1, 1, (64, 3)).astype(np.float32)
+    while True:
+        seed = pipe.recv()
+        try:
+            pipe.send(outcome(damaged(seed), points))
+        except Exception as error:
+            pipe.send(f"{type(error).__name__}: {str(error)[:300]}")
+
+
+def started() -> tuple[multiprocessing.process.BaseProcess, Connection]:
+    ours, theirs = multiprocessing.Pipe()
+    process = multiprocessing.get_context("spawn").Process(target=work, args=(theirs,), daemon=True)
+    process.start()
+    theirs.close()
+    return process, ours
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=float, default=3600)
+    parser.add_argument("--seed", type=int, default=0, help="of the first file")
+    parser.add_argument("--limit", type=float, default=60, help="seconds a file may take")
+    options = parser.parse_args()
+    start, seed, counts, slowest = time.perf_counter(), options.seed, {"scene": 0, "refused": 0, "wrong": 0}, 0.0
+    process, pipe = started()
+    while time.perf_counter() - start < options.seconds:
+        begun = time.perf_counter()
+        pipe.send(seed)
+        try:
+            said = pipe.recv() if pipe.poll(options.limit) else f"longer than {options.limit:g} s"
+        except EOFError:
+            process.join()
+            said = f"crashed with exit code {process.exitcode}"
+        if said.startswith(("longer", "crashed")):
+            process.kill()
+            process, pipe = started()
+        slowest = max(slowest, time.perf_counter() - begun)
+        counts[said if said in counts else "wrong"] += 1
+        if said not in counts:
+            print(f"seed {seed}: {said}", flush=True)
+        seed += 1
+    print(f"{seed - options.seed} files: {counts}; slowest {slowest:.1f} s; {platform.machine()}")
+
+
+if __name__ == "__main__":
+    main()

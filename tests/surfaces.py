@@ -3,12 +3,13 @@
 A `Body` gives signed distance by brute force: the nearest of its points, negative where `inside` says so.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.path import Path
-from scipy.spatial import ConvexHull, cKDTree
+from numpy.typing import ArrayLike
+from scipy.spatial import ConvexHull, KDTree
 from trimesh.remesh import subdivide_to_size
 
 SPACING = 0.008  # between neighbouring points of a surface
@@ -29,7 +30,7 @@ class Body:
 
     def distance(self, p: np.ndarray) -> np.ndarray:
         """Signed; wrong by no more than `tolerance`."""
-        nearest = cKDTree(self.points).query(p)[0]
+        nearest = KDTree(self.points).query(p)[0]
         return nearest - self.radius if self.inside is None else np.where(self.inside(p), -1, 1) * nearest
 
     def tolerance(self, distance: np.ndarray) -> np.ndarray:
@@ -47,11 +48,11 @@ class Body:
 # Curves in the plane
 
 
-def line(a: Sequence[float], b: Sequence[float], spacing: float = FINE) -> np.ndarray:
+def line(a: ArrayLike, b: ArrayLike, spacing: float = FINE) -> np.ndarray:
     """Points from a to b, both ends included; any dimension."""
-    a, b = np.asarray(a, float), np.asarray(b, float)
-    count = max(int(np.ceil(np.linalg.norm(b - a) / spacing)), 1) + 1
-    return a + np.linspace(0, 1, count)[:, None] * (b - a)
+    start, way = np.asarray(a, float), np.subtract(b, a).astype(float)
+    count = max(int(np.ceil(np.linalg.norm(way) / spacing)), 1) + 1
+    return start + np.linspace(0, 1, count)[:, None] * way
 
 
 def loop(corners: Sequence[Sequence[float]] | np.ndarray, spacing: float = FINE) -> np.ndarray:
@@ -122,21 +123,22 @@ def prism(outline: np.ndarray, height: float, upright: bool = False) -> Body:
     return Body(points[:, [0, 2, 1]] * (1, 1, -1), lambda p: inside(p[:, [0, 2, 1]] * (1, -1, 1)), 1.5 * SPACING)
 
 
-def hull(corners: Iterable[Sequence[float]] | np.ndarray) -> Body:
+def hull(corners: ArrayLike) -> Body:
     """The convex hull of points."""
     found = ConvexHull(np.asarray(corners, float))
     used, faces = np.unique(found.simplices, return_inverse=True)
-    points, _ = subdivide_to_size(found.points[used], faces.reshape(-1, 3), SPACING, max_iter=20)
+    points = subdivide_to_size(found.points[used], faces.reshape(-1, 3), SPACING, max_iter=20)[0]
     offsets = np.unique(np.round(found.equations, 9), axis=0)
-    return Body(points, lambda p: (p @ offsets[:, :3].T + offsets[:, 3] < 0).all(1), SPACING / 3**0.5)
+    return Body(points, lambda p: np.all(p @ offsets[:, :3].T + offsets[:, 3] < 0, axis=1), SPACING / 3**0.5)
 
 
-def boxes(parts: Sequence[tuple[Sequence[float], Sequence[float]]]) -> Body:
+def boxes(parts: Sequence[tuple[ArrayLike, ArrayLike]]) -> Body:
     """The union of cuboids given by their low and high corners."""
     lows, highs = (np.asarray([part[k] for part in parts], float) for k in (0, 1))
 
     def held(p: np.ndarray, margin: float) -> np.ndarray:
-        return ((p[:, None] > lows + margin) & (p[:, None] < highs - margin)).all(2).any(1)
+        inside = np.all((p[:, None] > lows + margin) & (p[:, None] < highs - margin), axis=2)
+        return np.asarray(np.any(inside, axis=1))
 
     points = []
     for low, high in zip(lows, highs, strict=True):
@@ -157,7 +159,7 @@ def ball_points(count: int = 20_000) -> np.ndarray:
     return np.stack([ring * np.cos(turn), y, ring * np.sin(turn)], 1)
 
 
-def patch(normal: Sequence[float], offset: float, inside: Callable[[np.ndarray], np.ndarray], reach: float = 2.5) -> Body:
+def patch(normal: ArrayLike, offset: float, inside: Callable[[np.ndarray], np.ndarray], reach: float = 2.5) -> Body:
     """Part of an endless plane or line, `reach` to each side of where it is nearest to the origin."""
     n = np.asarray(normal, float) / np.linalg.norm(normal)
     across = np.linalg.svd(n[None])[2][1:]

@@ -278,7 +278,7 @@ SOLID: dict[str, tuple[Truth, dict]] = {
     "plane": (_half, {"normal": (1, 2, -1), "offset": -0.2}),
     "slab": (_slab, {"axis": "z", "thickness": 0.5}),
     "wedge": (
-        lambda size: hull([(x, y, z) for x, y in ((-1, -1), (1, -1), (1, 1)) for z in (-1, 1)] * np.asarray(size) / 2),
+        lambda size: hull(np.array([(x, y, z) for x, y in ((-1, -1), (1, -1), (1, 1)) for z in (-1, 1)]) * size / 2),
         {"size": (0.5, 0.9, 0.4)},
     ),
     "triangular_prism": (

@@ -12,7 +12,6 @@ from numpy import ndarray
 
 from sdfprt import field
 from sdfprt.es import es_note
-from sdfprt.glsl.prepare import prepare
 from sdfprt.scene import UNIT, Box, Scene
 
 
@@ -150,8 +149,7 @@ def _read_before_written(scene: Scene) -> list[str]:
 
     def changed(names: tuple[str, ...]) -> bool:
         other = replace(scene)
-        begin = dict.fromkeys(names, 3)
-        other.__dict__["prepared"] = prepare(scene.glsl, scene.file, scene.folder, dict(scene.defines), scene.offset, begin)
+        other.__dict__["prepared"] = scene.prepared_from(dict.fromkeys(names, 3))
         return not np.array_equal(scene.distance(points), other.distance(points), equal_nan=True)
 
     if not p.zeroed or not changed(p.zeroed):

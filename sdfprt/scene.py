@@ -198,8 +198,12 @@ class Scene:
     @functools.cached_property
     def prepared(self) -> Prepared:
         """The text ready for both roads, and what had to be mended."""
+        return self.prepared_from(None)
+
+    def prepared_from(self, start: Mapping[str, int] | None) -> Prepared:
+        """The same, where globals without a value begin as `start` has it."""
         rest = material_parts(DiffusePhong()) | material_parts(self.material)
-        return prepare(self.glsl, self.file, self.folder, self.defines, self.offset, self.parts, rest)
+        return prepare(self.glsl, self.file, self.folder, self.defines, self.offset, self.parts, rest, start)
 
     @property
     def shader_source(self) -> str:

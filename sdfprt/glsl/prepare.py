@@ -177,14 +177,9 @@ def _prepare(
         text,
         spirv,
         tuple(notes),
-<<<<<<< HEAD
-        bool(re.search(r"\bvec3\s+albedo\s*\(\s*(?:in\s+)?vec3\s+\w+\s*,\s*(?:in\s+)?vec3\b", bare)),
-        bool(re.search(r"\bfloat\s+exponent\s*\(\s*(?:in\s+)?vec3\s+\w+\s*,\s*(?:in\s+)?vec3\b", bare)),
-        tuple(zeroed),
-=======
         "albedo" in own | parted,
         "exponent" in own | parted,
->>>>>>> main
+        tuple(zeroed),
     )
 
 

@@ -24,7 +24,7 @@ from sdfprt import light as lights
 from sdfprt import shader
 from sdfprt.asset import Asset
 from sdfprt.bake import bake
-from sdfprt.glsl.text import number
+from sdfprt.glsl.text import blocks, fours, number, vector
 from sdfprt.material import Diffuse, Material, Phong
 from sdfprt.network import TransferNet
 from sdfprt.scene import Scene

@@ -1,15 +1,16 @@
 """Does damaged GLSL ever do worse than one clear error? Files of the tests' corpus, damaged at random, from text to distances.
 
-Each runs in a process of its own kind, so that a crash or a hang is seen: the seed and what happened are printed. Needs a
+They run in another process, so that a crash or a hang is seen: the seed and what happened are printed. Needs a
 checkout: the damage is the tests' own.
 """
 
 import argparse
-import multiprocessing
 import platform
 import sys
 import time
+from multiprocessing import Pipe, get_context
 from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 import numpy as np
@@ -32,9 +33,9 @@ def work(pipe: Connection) -> None:
             pipe.send(f"{type(error).__name__}: {str(error)[:300]}")
 
 
-def started() -> tuple[multiprocessing.process.BaseProcess, Connection]:
-    ours, theirs = multiprocessing.Pipe()
-    process = multiprocessing.get_context("spawn").Process(target=work, args=(theirs,), daemon=True)
+def started() -> tuple[BaseProcess, Connection]:
+    ours, theirs = Pipe()
+    process = get_context("spawn").Process(target=work, args=(theirs,), daemon=True)
     process.start()
     theirs.close()
     return process, ours
@@ -64,6 +65,7 @@ def main() -> None:
         if said not in counts:
             print(f"seed {seed}: {said}", flush=True)
         seed += 1
+    process.kill()
     print(f"{seed - options.seed} files: {counts}; slowest {slowest:.1f} s; {platform.machine()}")
 
 

@@ -62,9 +62,9 @@ def bunny() -> meshes.Mesh:
     return meshes.make(np.asarray(smooth.vertices), np.asarray(smooth.faces), "bunny")
 
 
-@no_type_check
 def _ray_kernel():
     @wp.kernel(enable_backward=False, module="unique")
+    @no_type_check
     def rays(mesh: wp.uint64, eye: wp.vec3, ways: wp.array[wp.vec3], out: wp.array[wp.vec3]):
         """One thread, one ray."""
         i = wp.tid()

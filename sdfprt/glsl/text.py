@@ -1,6 +1,7 @@
 """GLSL as text: literals, rows and blocks of four for vec4 and mat4, and what a text is without its comments."""
 
 import re
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -13,7 +14,7 @@ def number(value: float | np.floating, digits: int = 9) -> str:
     return text if "." in text or "e" in text else f"{text}.0"
 
 
-def vector(values: ndarray, digits: int = 9) -> str:
+def vector(values: ndarray | Sequence[float], digits: int = 9) -> str:
     """`vec3(...)` of three values, `vec4` of four, `mat4` of sixteen."""
     kind = {2: "vec2", 3: "vec3", 4: "vec4", 16: "mat4"}[len(values)]
     return f"{kind}({','.join(number(v, digits) for v in values)})"

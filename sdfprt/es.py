@@ -2,6 +2,7 @@
 
 from sdfprt.errors import GlslError, SdfprtError
 from sdfprt.glsl.compile import check_es, compile_glsl
+from sdfprt.glsl.parts import KINDS
 from sdfprt.glsl.prepare import field_module
 from sdfprt.glsl.spirv import parse
 from sdfprt.glsl.to_es import translate
@@ -30,8 +31,7 @@ def es_note(scene: Scene) -> str:
 def _es(scene: Scene) -> tuple[str, str]:
     """The text, and the first reason why it is not the scene's own."""
     wanted = [("sdfprt_distance", "float", "vec3 p")]
-    wanted += [("albedo", "vec3", "vec3 p, vec3 n")] if scene.has_albedo else []
-    wanted += [("exponent", "float", "vec3 p, vec3 n")] if scene.has_exponent else []
+    wanted += [(name, kind, "vec3 p, vec3 n") for name, kind in KINDS.items() if getattr(scene, f"has_{name}")]
     calls = " ".join(f"{kind}({name}({'p' if 'n' not in taken.split() else 'p, p'}));" for name, kind, taken in wanted)
     try:
         check_es(

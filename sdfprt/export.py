@@ -35,6 +35,7 @@ from sdfprt.shader import (
     join,
     lobes_of,
     network_uniforms,
+    picture_uniforms,
     renamed,
     scene_uniforms,
     tau_text,
@@ -80,14 +81,13 @@ def export_html(
     tau = sh.triple_product(net.bands, net.bands, net.bands)
     i, j, k = np.nonzero(tau)
     tilt = sh.rotation(np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]), net.bands)  # takes +z to +y
-    fixed = scene_uniforms(scene) | network_uniforms(net)
     data = {
         "name": scene.name,
         "bands": net.bands,
         "size": size,
         "vertex": VERSION + (folder("shaders") / "vertex.glsl").read_text(),
         "fragment": {str(lobes): text for lobes, text in variants.items()},
-        "uniforms": {name: _plain(value) for name, value in fixed.items()} | {"samples": samples, "once": 1},
+        "uniforms": scene_uniforms(scene) | network_uniforms(net) | {"samples": samples, "once": 1},
         "camera": {"eye": camera.eye, "target": camera.target, "up": camera.up, "fov": camera.fov},
         "start": {
             **parts(DiffusePhong()),
@@ -100,11 +100,11 @@ def export_html(
         "owns": {"albedo": scene.has_albedo, "exponent": scene.has_exponent},
         "weights": {"size": [weights.shape[1], weights.shape[0]], "data": _packed(weights.tobytes())},
         "volumes": {name: _volume(values) for name, values in scene.textures.items()},
-        "tau": [k.tolist(), i.tolist(), j.tolist(), tau[i, j, k].tolist()],
-        "tilt": tilt.tolist(),
+        "tau": [k, i, j, tau[i, j, k]],
+        "tilt": tilt,
         "lights": [_light(each, net.bands, dering) for each in chosen],
     }
-    text = json.dumps(data, separators=(",", ":")).replace("</", "<\\/")
+    text = json.dumps(data, separators=(",", ":"), default=ndarray.tolist).replace("</", "<\\/")
     page = (folder("shaders") / "page.html").read_text()
     return page.replace("SCENE_TITLE", html.escape(scene.title or scene.name)).replace("SCENE_DATA", text)
 
@@ -134,17 +134,15 @@ def export_shadertoy(
     variant = Variant(lobes_of(material), net.bands, net.bands, fixed_light=False)
     vector = np.zeros((4 * -(-(net.bands**2) // 4), 3))
     vector[: net.bands**2] = shading.diffuse_vector(coefficients, net.bands)
-    colours = parts(DiffusePhong()) | parts(material)
     values: dict[str, Any] = (
         scene_uniforms(scene)
         | network_uniforms(net)
+        | picture_uniforms(DiffusePhong())
+        | picture_uniforms(material)
         | {
             "diffuseLight": vector.T.reshape(-1, 4),
             "lightCoefficients": coefficients,
             "skyCoefficients": coefficients,
-            "baseColour": colours["albedo"],
-            "baseExponent": colours["exponent"],
-            "specular": colours["specular"],
             "exposure": exposure,
             "background": background,
             "samples": samples,
@@ -197,11 +195,6 @@ def _declared_once(text: str) -> str:
     return re.sub(r"^(?:uniform )?\w+ (\w+)(?:\[[^\]]*\])?;[^\n]*$", keep, text, flags=re.M)
 
 
-def _plain(value: Any) -> Any:
-    """Arrays as lists, for JSON."""
-    return value.tolist() if isinstance(value, ndarray) else value
-
-
 def _as_constants(text: str, values: dict[str, Any], variables: tuple[str, ...]) -> str:
     """Uniforms as constants with these values; `variables` as globals; those without a value go (their branch is not compiled)."""
     seen: set[str] = set()
@@ -238,8 +231,8 @@ def _light(light: Light, bands: int, dering: bool) -> dict[str, Any]:
         pixels = pixels[:height, :width].reshape(height // 2, 2, width // 2, 2, 3).mean(axis=(1, 3))
     return {
         "name": light.name,
-        "sh": coefficients.tolist(),
-        "rotation": light.rotation.tolist(),
+        "sh": coefficients,
+        "rotation": light.rotation,
         "size": [pixels.shape[1], pixels.shape[0]],
         "map": _packed(shared_exponent(pixels).tobytes()),
     }

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from sdfprt import settings, sh
+from sdfprt.glsl.parts import KINDS
 from sdfprt.glsl.text import blocks, fours, number, without_comments
-from sdfprt.material import Diffuse, Material
+from sdfprt.material import Diffuse, Material, parts
 from sdfprt.network import TransferNet
 from sdfprt.resources import folder
 from sdfprt.scene import NORMAL_STEP, Scene
@@ -66,7 +67,7 @@ def place(message: str, pieces: tuple[str, ...]) -> str:
 
 def flags(scene: Scene) -> list[str]:
     """What the pieces ask of a scene's text."""
-    return [f"#define HAS_{name}" for name in ("ALBEDO", "EXPONENT") if getattr(scene, f"has_{name.lower()}")]
+    return [f"#define HAS_{name.upper()}" for name in KINDS if getattr(scene, f"has_{name}")]
 
 
 def scene_uniforms(scene: Scene) -> dict[str, Any]:
@@ -88,6 +89,12 @@ def network_uniforms(net: TransferNet) -> dict[str, Any]:
     return {"networkCenter": tuple(map(float, net.center)), "networkExtent": float(net.extent), "networkScale": fours(net.scale)}
 
 
+def picture_uniforms(material: Material) -> dict[str, Any]:
+    """Uniforms of picture.glsl for what the material has; `albedo` and `exponent` are the scene's functions there."""
+    names = {"albedo": "baseColour", "exponent": "baseExponent", "specular": "specular"}
+    return {names[part]: value for part, value in parts(material).items()}
+
+
 def surface_fragment(scene: Scene) -> str:
     """The first pass: what each sample sees."""
     ours = "\n".join([VERSION, *flags(scene), join(SURFACE)])
@@ -101,10 +108,8 @@ def background_fragment() -> str:
 
 def light_compute(net: TransferNet, variant: Variant) -> str:
     """The second pass, a compute shader; neither weights nor text of the user's, so it is the same for all scenes."""
-    parts = [VERSION, defines(net, variant)]
-    if not variant.fixed_light:
-        parts.append(tau_text(net.bands, variant.light_bands, variant.result_bands))
-    return "\n".join([*parts, join(LIGHT)])
+    tau = [] if variant.fixed_light else [tau_text(net.bands, variant.light_bands, variant.result_bands)]
+    return "\n".join([VERSION, defines(net, variant), *tau, join(LIGHT)])
 
 
 def shader_columns(net: TransferNet) -> np.ndarray:

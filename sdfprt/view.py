@@ -20,7 +20,7 @@ from sdfprt.material import Diffuse, DiffusePhong, Material, Phong, parts
 from sdfprt.network import TransferNet
 from sdfprt.render import environment_texture, give, network_of, network_texture, set_light, texture_3d
 from sdfprt.scene import Scene
-from sdfprt.shader import VERSION, Variant, lobes_of, network_uniforms, piece, scene_uniforms
+from sdfprt.shader import VERSION, Variant, lobes_of, network_uniforms, picture_uniforms, piece, scene_uniforms
 
 KEYS = """drag  turn the camera      scroll  closer, farther      R  as at the start
 L  next light              left, right  turn the light   B  light behind the scene
@@ -109,10 +109,9 @@ class Painter:
         program, triangle = self.programs[lobes]
         light = self.choices[look.light].rotated(yaw=look.yaw)
         buffers = set_light(program, variant, self.net.bands, light.sh_dered(self.net.bands)[0])
-        names = {"albedo": "baseColour", "exponent": "baseExponent", "specular": "specular"}
-        give(program, **{names[part]: value for part, value in parts(look.material).items()})
         give(
             program,
+            **picture_uniforms(look.material),
             eye=look.camera.eye,
             axes=look.camera.plane(size[0] / size[1]) * [[1], [-1], [1]],  # OpenGL's first row is the lowest
             canvas=size,

@@ -2,12 +2,13 @@
 
 import random
 import re
-from pathlib import Path
+
+from test_glsl import CORPUS
 
 from sdfprt.errors import SdfprtError
 from sdfprt.scene import Scene
 
-CORPUS = [path.read_text() for path in sorted((Path(__file__).parent / "glsl").glob("*.glsl"))]
+TEXTS = [path.read_text() for path in CORPUS]
 NASTY = r"""1e40 -2147483648 99999999999999 4294967296u 0x 1.e .5.5 /* */ // \ # ## #if #else #endif #error #line #version~300
 #define~p~p #define~float~int #include~"../../../etc/passwd" #include~"/etc/passwd" #include~"." for(;;){} while(true);
 do{}while(p.x<9.0); (((((((( )))) { } [-1] [99999] [i] ; , . ? : /0 %0 <<40 discard; return; sdf(p) map(p) struct~S{S~s;};
@@ -20,7 +21,7 @@ NUMBERS = ("0", "-1", "1", "2u", "0.0", "-0.0", "1e-38", "3e38", "1e20", "31", "
 def damaged(seed: int) -> str:
     """The text of that seed; one to eight damages."""
     dice = random.Random(seed)
-    tokens = re.findall(r"\w+|\s+|[^\w\s]", dice.choice(CORPUS))
+    tokens = re.findall(r"\w+|\s+|[^\w\s]", dice.choice(TEXTS))
     for _ in range(dice.choice((1, 1, 1, 1, 2, 3, 6))):
         at, length = dice.randrange(len(tokens)), dice.choice((1, 1, 1, 2, 5, 20))
         part = tokens[at : at + length]
@@ -34,7 +35,7 @@ def damaged(seed: int) -> str:
         elif kind == "nasty":
             part = [dice.choice(NASTY).replace("~", " ")]
         elif kind == "other":
-            others = re.findall(r"\w+|[^\w\s]", dice.choice(CORPUS))
+            others = re.findall(r"\w+|[^\w\s]", dice.choice(TEXTS))
             first = dice.randrange(len(others))
             part = [" ".join(others[first : first + length])]
         elif kind in ("number", "sign"):  # mostly still GLSL

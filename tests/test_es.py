@@ -1,13 +1,11 @@
 """A scene written anew as GLSL ES 3.00 means what it meant: the corpus, and random programs, on the same driver."""
 
-from pathlib import Path
-
 import moderngl
 import numpy as np
 import opengl
 import pytest
 from random_glsl import SLOT, batch
-from test_glsl import agreement, in_slots, some_points
+from test_glsl import CORPUS, agreement, in_slots, some_points
 
 from sdfprt.errors import SdfprtError
 from sdfprt.es import VERSION
@@ -16,7 +14,6 @@ from sdfprt.glsl.spirv import parse
 from sdfprt.glsl.to_es import translate
 from sdfprt.scene import Scene
 
-CORPUS = sorted((Path(__file__).parent / "glsl").glob("*.glsl"))
 NOT_IN_ES = {"modf_frexp": "frexp"}
 
 

@@ -4,6 +4,7 @@ Not here: asin and acos, in which Mesa itself errs by 4e-4 (test_glsl.py holds t
 """
 
 import re
+from collections.abc import Iterable
 
 import numpy as np
 import opengl
@@ -60,6 +61,11 @@ def program(statements: str, value: str) -> str:
         {statements} return {value}; }}"""
 
 
+def numbered(programs: Iterable[str]) -> str:
+    """Their functions as f0, f1, …"""
+    return LOW + "\n".join(text.replace("float map(", f"float f{number}(") for number, text in enumerate(programs))
+
+
 def cases() -> dict[str, str]:
     found = {text: program("", text) for text in FLOATS + PACKED}
     found |= {text: program("", f"dot({text}, vec3(1, 2, 3))") for text in VECTORS}
@@ -84,8 +90,7 @@ NEVER |= {"FOrdNotEqual", 79, 80}
 
 def test_no_operation_of_the_translation_is_left_untried() -> None:
     calls = " + ".join(f"f{number}(p)" for number in range(len(CASES)))
-    bodies = "\n".join(text.replace("float map(", f"float f{number}(") for number, text in enumerate(CASES.values()))
-    texts = [path.read_text() for path in CORPUS] + [f"{LOW}{bodies}\nfloat sdf(vec3 p) {{ return {calls}; }}"]
+    texts = [path.read_text() for path in CORPUS] + [f"{numbered(CASES.values())}\nfloat sdf(vec3 p) {{ return {calls}; }}"]
     tried: set[str | int] = set()
     for module in (parse(Scene(glsl=text).prepared.spirv) for text in texts):
         for function in module.functions.values():
@@ -99,7 +104,7 @@ def test_no_operation_of_the_translation_is_left_untried() -> None:
 @pytest.mark.parametrize("group", range(GROUPS))
 def test_every_pure_built_in_means_the_same_in_warp_and_opengl(group: int) -> None:
     chosen = list(CASES.items())[group::GROUPS]
-    functions = LOW + "\n".join(text.replace("float map(", f"float f{number}(") for number, (_, text) in enumerate(chosen))
+    functions = numbered(text for _, text in chosen)
     branches = " ".join(f"case {number}: return f{number}(q);" for number in range(len(chosen)))
     scene = Scene(
         glsl=f"{functions}\nfloat sdf(vec3 p) {{ int c = int(floor(p.z / 4.0)); vec3 q = vec3(p.xy, p.z - 4.0 * (float(c) + 0.5));"

@@ -1,6 +1,5 @@
 """The user's GLSL made ready for both roads: includes, what hosts define, the entry point under one name."""
 
-import functools
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -81,54 +80,13 @@ def prepare(
     parts: Parts,
     rest: Mapping[str, Any],
     start: Mapping[str, int] | None = None,
+    prelude: str = "",
 ) -> Prepared:
     """Make the user's text ready; `rest` colours what `parts` leaves out. Raises GlslError with the user's file and line.
 
-    A file prelude.glsl in `own_folder` goes before it where it defines what the text misses. Globals without a value
-    begin at zero, or as `start` has it.
+    `prelude` goes before it: a file prelude.glsl in `own_folder`, where it defines what the text misses. Globals without a
+    value begin at zero, or as `start` has it.
     """
-    make = functools.partial(_prepare, glsl, file, own_folder, defines, offset, parts, rest, start or {})
-    try:
-        return make("")
-    except _Missing as missing:
-        try:
-            prepared = make(missing.prelude)
-        except GlslError as error:
-            own = lambda m: f"{PRELUDE}:{int(m[1]) - _FAR}"  # noqa: E731
-            raise GlslError(re.sub(rf"{re.escape(file)}:({_FAR // 10**6}\d{{6}})\b", own, str(error))) from None
-        return replace(prepared, notes=(*prepared.notes, f"read {PRELUDE} beside the file for {', '.join(missing.names)}"))
-
-
-class _Missing(Exception):
-    """The text misses names that a prelude defines."""
-
-    def __init__(self, names: list[str], prelude: str) -> None:
-        super().__init__()
-        self.names, self.prelude = names, prelude
-
-
-def _prelude(own_folder: Path | None, missing: list[str]) -> None:
-    """Raise _Missing where prelude.glsl defines one of the names."""
-    path = own_folder / PRELUDE if own_folder else None
-    if path is None or not path.is_file():
-        return
-    text, _ = expand_includes(_plain(path.read_text(errors="replace")), PRELUDE, own_folder)
-    found = [name for name in dict.fromkeys(missing) if name in {name for name, _ in definitions(text)} | macros(text)]
-    if found:
-        raise _Missing(found, text)
-
-
-def _prepare(
-    glsl: str,
-    file: str,
-    own_folder: Path | None,
-    defines: Mapping[str, float],
-    offset: float,
-    parts: Parts,
-    rest: Mapping[str, Any],
-    start: Mapping[str, int],
-    prelude: str,
-) -> Prepared:
     if "\0" in glsl or len(glsl) > _MAX_TEXT:
         raise GlslError(f"{file}: this is not GLSL text (a zero byte, or over {_MAX_TEXT:,} characters)")
     expanded, renamed = expand_includes(_plain(glsl), file, own_folder)
@@ -151,7 +109,7 @@ def _prepare(
     if "gl_FragColor" in bare:
         header.append("vec4 sdfprt_frag_color = vec4(0.0);")
         body = re.sub(r"\bgl_FragColor\b", "sdfprt_frag_color", body)
-    body, zeroed = _zeroed_globals(body, start)
+    body, zeroed = _zeroed_globals(body, start or {})
     tail = f"\n#undef main\nfloat {ENTRY}(vec3 p) {{ {entry.locals} return {entry.value} - {offset!r}; }}\n"
     own = {name for name, function in _COLOURS.items() if re.search(function, bare)}
     parted = {name for name in KINDS if any(name in part for part in parts.values())}
@@ -166,11 +124,13 @@ def _prepare(
         except GlslError as error:
             missing = re.findall(r"no (?:variable|function) '(\w+)'|'(\w+)' : no matching", str(error))
             names = [n for pair in missing for n in pair if n]
-            if not prelude:
-                _prelude(own_folder, names)
+            read, found = ("", []) if prelude else _prelude(own_folder, names)
+            if found:
+                prepared = prepare(glsl, file, own_folder, defines, offset, parts, rest, start, read)
+                return replace(prepared, notes=(*prepared.notes, f"read {PRELUDE} beside the file for {', '.join(found)}"))
             new = [n for n in names if n in _HOST and n not in added]
             if not new:
-                raise
+                raise GlslError(_placed(str(error), file)) from None
             added.update(dict.fromkeys(new))
     notes += [f"'{name}' is not declared in the file; added as its host defines it" for name in added]
     return Prepared(
@@ -181,6 +141,21 @@ def _prepare(
         "exponent" in own | parted,
         tuple(zeroed),
     )
+
+
+def _prelude(own_folder: Path | None, missing: list[str]) -> tuple[str, list[str]]:
+    """The text of prelude.glsl, and which of the names it defines."""
+    path = own_folder / PRELUDE if own_folder else None
+    if path is None or not path.is_file():
+        return "", []
+    text, _ = expand_includes(_plain(path.read_text(errors="replace")), PRELUDE, own_folder)
+    defined = {name for name, _ in definitions(text)} | macros(text)
+    return text, [name for name in dict.fromkeys(missing) if name in defined]
+
+
+def _placed(message: str, file: str) -> str:
+    """Lines of the prelude under its own name."""
+    return re.sub(rf"{re.escape(file)}:({_FAR // 10**6}\d{{6}})\b", lambda m: f"{PRELUDE}:{int(m[1]) - _FAR}", message)
 
 
 def _define(name: str, value: float, file: str) -> str:

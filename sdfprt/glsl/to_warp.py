@@ -101,9 +101,9 @@ class Translator:
         """(type, offset in leaves) of a member of a composite."""
         kind = self.module.types[type_id]
         if kind.kind == "struct":
-            return kind.members[index], sum(len(self.leaves(m)) for m in kind.members[:index])
+            return kind.members[index], sum(self.module.size(m) for m in kind.members[:index])
         index = min(index, kind.count - 1)
-        return kind.members[0], index * len(self.leaves(kind.members[0]))
+        return kind.members[0], index * self.module.size(kind.members[0])
 
     def _constant(self, c: Instruction) -> list[Leaf]:
         if c.op in ("ConstantComposite", "SpecConstantComposite"):
@@ -243,7 +243,7 @@ class _Writer:
                 if leaf.kind == "u":
                     leaf = Leaf(f"(int)({leaf.name})" if leaf.uniform else f"as_I({leaf.name})", "i", leaf.uniform)
                 leaf = self.temp("i", leaf.uniform, f"clamp_index({leaf.name}, {kind.count})")
-                dynamic = (*dynamic, (leaf, len(self.owner.leaves(type_id)), kind.count))
+                dynamic = (*dynamic, (leaf, self.module.size(type_id), kind.count))
         self.pointers[i.result] = Pointer(base.storage, type_id, offset, dynamic)
 
     def _place(self, pointer: Pointer) -> tuple[str, Leaf | None, int, int]:

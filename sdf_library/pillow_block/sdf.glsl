@@ -134,295 +134,197 @@ float polar87(vec3 p) {
     return d;
 }
 
-const vec2 polygon99Corners[3] = vec2[3](vec2(0.4, -0.46), vec2(0.55, -0.46), vec2(0.4, -0.1));
-float polygon99(vec2 p) {
-    float d = 1e9, side = 1.0;
-    for (int i = 0; i < 3; i++) {
-        vec2 a = polygon99Corners[i], b = polygon99Corners[(i + 1) % 3];
-        vec2 edge = b - a, q = p - a;
-        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
-        d = min(d, dot(away, away));
-        bool crosses = (a.y > p.y) != (b.y > p.y);
-        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
-    }
-    return side * sqrt(d);
-}
-
-float part116(vec3 p) {
+float part115(vec3 p) {
     vec3 p93 = p - vec3(0.0, 0.05, 0.0);
     vec2 p94 = p93.xy;
     vec2 p95 = p94 - vec2(0.0, -0.27);
     vec3 p96 = p - vec3(0.0, -0.46, 0.0);
     vec3 p97 = vec3(abs(p.x), p.y, p.z);
     vec2 p98 = p97.xy;
-    vec3 p100 = p - vec3(0.0, 0.05, 0.0);
-    vec3 p101 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p100;
-    vec2 p102 = vec2(length(p101.xz) - 0.0, p101.y);
-    vec3 p103 = vec3(abs(p.x), p.y, p.z);
-    vec3 p104 = p103 - vec3(0.63, -0.46, 0.0);
-    vec2 p105 = vec2(length(p104.xz) - 0.0, p104.y);
-    vec3 p106 = p - vec3(0.0, 0.05, 0.0);
-    vec3 p107 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p106;
-    vec2 p108 = vec2(length(p107.xz) - 0.365, p107.y);
-    vec3 p109 = p - vec3(0.58, 0.57, -0.47);
-    vec3 p110 = p - vec3(0.0, 0.05, 0.0);
-    vec3 p111 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p110;
-    vec2 p112 = vec2(length(p111.xz) - 0.305, p111.y);
-    vec2 p113 = vec2(length(p111.xz) - 0.235, p111.y);
+    vec3 p99 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p100 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p99;
+    vec2 p101 = vec2(length(p100.xz) - 0.0, p100.y);
+    vec3 p102 = vec3(abs(p.x), p.y, p.z);
+    vec3 p103 = p102 - vec3(0.63, -0.46, 0.0);
+    vec2 p104 = vec2(length(p103.xz) - 0.0, p103.y);
+    vec3 p105 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p106 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p105;
+    vec2 p107 = vec2(length(p106.xz) - 0.365, p106.y);
+    vec3 p108 = p - vec3(0.58, 0.57, -0.47);
+    vec3 p109 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p110 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p109;
+    vec2 p111 = vec2(length(p110.xz) - 0.305, p110.y);
+    vec2 p112 = vec2(length(p110.xz) - 0.235, p110.y);
+    vec3 p113 = p - vec3(0.58, 0.57, -0.47);
     vec3 p114 = p - vec3(0.58, 0.57, -0.47);
-    vec3 p115 = p - vec3(0.58, 0.57, -0.47);
-    return max(min(max(min(max(max(opSmoothUnion(opSmoothUnion((opExtrude(opSmoothUnion((length(p94) - 0.44), (length(max(abs(p95) - vec2(0.44, 0.25), 0.0)) + min(max((abs(p95) - vec2(0.44, 0.25)).x, (abs(p95) - vec2(0.44, 0.25)).y), 0.0)), 0.05), p93.z, 0.15) - 0.015), (sdBox3(p96, vec3(0.72, 0.03, 0.15)) - 0.03), 0.06), (opExtrude(polygon99(p98), p97.z, 0.035) - 0.012), 0.03), -((length(max(abs(p102) - vec2(0.345, 0.5), 0.0)) + min(max((abs(p102) - vec2(0.345, 0.5)).x, (abs(p102) - vec2(0.345, 0.5)).y), 0.0)))), -((length(max(abs(p105) - vec2(0.055, 0.2), 0.0)) + min(max((abs(p105) - vec2(0.055, 0.2)).x, (abs(p105) - vec2(0.055, 0.2)).y), 0.0)))), ((length(max(abs(p108) - vec2(0.01, 0.18), 0.0)) + min(max((abs(p108) - vec2(0.01, 0.18)).x, (abs(p108) - vec2(0.01, 0.18)).y), 0.0)) - 0.01)), -(sdBox3(p109, vec3(0.5, 0.5, 0.5)))), max(max(((length(max(abs(p112) - vec2(0.028, 0.118), 0.0)) + min(max((abs(p112) - vec2(0.028, 0.118)).x, (abs(p112) - vec2(0.028, 0.118)).y), 0.0)) - 0.012), -((length(p113) - 0.062))), -(sdBox3(p114, vec3(0.5, 0.5, 0.5))))), (sdBox3(p115, vec3(0.5, 0.5, 0.5)) - 0.004));
+    return max(min(max(min(max(max(opSmoothUnion(opSmoothUnion((opExtrude(opSmoothUnion((length(p94) - 0.44), (length(max(abs(p95) - vec2(0.44, 0.25), 0.0)) + min(max((abs(p95) - vec2(0.44, 0.25)).x, (abs(p95) - vec2(0.44, 0.25)).y), 0.0)), 0.05), p93.z, 0.15) - 0.015), (sdBox3(p96, vec3(0.72, 0.03, 0.15)) - 0.03), 0.06), (opExtrude(polygon7(p98), p97.z, 0.035) - 0.012), 0.03), -((length(max(abs(p101) - vec2(0.345, 0.5), 0.0)) + min(max((abs(p101) - vec2(0.345, 0.5)).x, (abs(p101) - vec2(0.345, 0.5)).y), 0.0)))), -((length(max(abs(p104) - vec2(0.055, 0.2), 0.0)) + min(max((abs(p104) - vec2(0.055, 0.2)).x, (abs(p104) - vec2(0.055, 0.2)).y), 0.0)))), ((length(max(abs(p107) - vec2(0.01, 0.18), 0.0)) + min(max((abs(p107) - vec2(0.01, 0.18)).x, (abs(p107) - vec2(0.01, 0.18)).y), 0.0)) - 0.01)), -(sdBox3(p108, vec3(0.5, 0.5, 0.5)))), max(max(((length(max(abs(p111) - vec2(0.028, 0.118), 0.0)) + min(max((abs(p111) - vec2(0.028, 0.118)).x, (abs(p111) - vec2(0.028, 0.118)).y), 0.0)) - 0.012), -((length(p112) - 0.062))), -(sdBox3(p113, vec3(0.5, 0.5, 0.5))))), (sdBox3(p114, vec3(0.5, 0.5, 0.5)) - 0.004));
 }
 
-const vec2 polygon123Corners[3] = vec2[3](vec2(0.4, -0.46), vec2(0.55, -0.46), vec2(0.4, -0.1));
-float polygon123(vec2 p) {
-    float d = 1e9, side = 1.0;
-    for (int i = 0; i < 3; i++) {
-        vec2 a = polygon123Corners[i], b = polygon123Corners[(i + 1) % 3];
-        vec2 edge = b - a, q = p - a;
-        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
-        d = min(d, dot(away, away));
-        bool crosses = (a.y > p.y) != (b.y > p.y);
-        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
-    }
-    return side * sqrt(d);
+float part132(vec3 p) {
+    vec3 p116 = p - vec3(0.0, 0.05, 0.0);
+    vec2 p117 = p116.xy;
+    vec2 p118 = p117 - vec2(0.0, -0.27);
+    vec3 p119 = p - vec3(0.0, -0.46, 0.0);
+    vec3 p120 = vec3(abs(p.x), p.y, p.z);
+    vec2 p121 = p120.xy;
+    vec3 p122 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p123 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p122;
+    vec2 p124 = vec2(length(p123.xz) - 0.0, p123.y);
+    vec3 p125 = vec3(abs(p.x), p.y, p.z);
+    vec3 p126 = p125 - vec3(0.63, -0.46, 0.0);
+    vec2 p127 = vec2(length(p126.xz) - 0.0, p126.y);
+    vec3 p128 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p129 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p128;
+    vec2 p130 = vec2(length(p129.xz) - 0.365, p129.y);
+    vec3 p131 = p - vec3(0.58, 0.57, -0.47);
+    return max(min(max(max(opSmoothUnion(opSmoothUnion((opExtrude(opSmoothUnion((length(p117) - 0.44), (length(max(abs(p118) - vec2(0.44, 0.25), 0.0)) + min(max((abs(p118) - vec2(0.44, 0.25)).x, (abs(p118) - vec2(0.44, 0.25)).y), 0.0)), 0.05), p116.z, 0.15) - 0.015), (sdBox3(p119, vec3(0.72, 0.03, 0.15)) - 0.03), 0.06), (opExtrude(polygon7(p121), p120.z, 0.035) - 0.012), 0.03), -((length(max(abs(p124) - vec2(0.345, 0.5), 0.0)) + min(max((abs(p124) - vec2(0.345, 0.5)).x, (abs(p124) - vec2(0.345, 0.5)).y), 0.0)))), -((length(max(abs(p127) - vec2(0.055, 0.2), 0.0)) + min(max((abs(p127) - vec2(0.055, 0.2)).x, (abs(p127) - vec2(0.055, 0.2)).y), 0.0)))), ((length(max(abs(p130) - vec2(0.01, 0.18), 0.0)) + min(max((abs(p130) - vec2(0.01, 0.18)).x, (abs(p130) - vec2(0.01, 0.18)).y), 0.0)) - 0.01)), -(sdBox3(p131, vec3(0.5, 0.5, 0.5))));
 }
 
-float part134(vec3 p) {
-    vec3 p117 = p - vec3(0.0, 0.05, 0.0);
-    vec2 p118 = p117.xy;
-    vec2 p119 = p118 - vec2(0.0, -0.27);
-    vec3 p120 = p - vec3(0.0, -0.46, 0.0);
-    vec3 p121 = vec3(abs(p.x), p.y, p.z);
-    vec2 p122 = p121.xy;
-    vec3 p124 = p - vec3(0.0, 0.05, 0.0);
-    vec3 p125 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p124;
-    vec2 p126 = vec2(length(p125.xz) - 0.0, p125.y);
-    vec3 p127 = vec3(abs(p.x), p.y, p.z);
-    vec3 p128 = p127 - vec3(0.63, -0.46, 0.0);
-    vec2 p129 = vec2(length(p128.xz) - 0.0, p128.y);
-    vec3 p130 = p - vec3(0.0, 0.05, 0.0);
-    vec3 p131 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p130;
-    vec2 p132 = vec2(length(p131.xz) - 0.365, p131.y);
-    vec3 p133 = p - vec3(0.58, 0.57, -0.47);
-    return max(min(max(max(opSmoothUnion(opSmoothUnion((opExtrude(opSmoothUnion((length(p118) - 0.44), (length(max(abs(p119) - vec2(0.44, 0.25), 0.0)) + min(max((abs(p119) - vec2(0.44, 0.25)).x, (abs(p119) - vec2(0.44, 0.25)).y), 0.0)), 0.05), p117.z, 0.15) - 0.015), (sdBox3(p120, vec3(0.72, 0.03, 0.15)) - 0.03), 0.06), (opExtrude(polygon123(p122), p121.z, 0.035) - 0.012), 0.03), -((length(max(abs(p126) - vec2(0.345, 0.5), 0.0)) + min(max((abs(p126) - vec2(0.345, 0.5)).x, (abs(p126) - vec2(0.345, 0.5)).y), 0.0)))), -((length(max(abs(p129) - vec2(0.055, 0.2), 0.0)) + min(max((abs(p129) - vec2(0.055, 0.2)).x, (abs(p129) - vec2(0.055, 0.2)).y), 0.0)))), ((length(max(abs(p132) - vec2(0.01, 0.18), 0.0)) + min(max((abs(p132) - vec2(0.01, 0.18)).x, (abs(p132) - vec2(0.01, 0.18)).y), 0.0)) - 0.01)), -(sdBox3(p133, vec3(0.5, 0.5, 0.5))));
+float part163(vec3 p) {
+    vec3 p133 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p134 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p133;
+    vec2 p135 = vec2(length(p134.xz) - 0.305, p134.y);
+    vec2 p136 = vec2(length(p134.xz) - 0.235, p134.y);
+    vec3 p137 = p - vec3(0.58, 0.57, -0.47);
+    vec3 p138 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p139 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p138;
+    vec2 p140 = vec2(length(p139.xz) - 0.165, p139.y);
+    vec2 p141 = vec2(length(p139.xz) - 0.235, p139.y);
+    vec3 p142 = vec3(abs(p.x), p.y, p.z);
+    vec3 p143 = p142 - vec3(0.63, 0.0, 0.0);
+    vec3 p144 = p143 - vec3(0.0, -0.388, 0.0);
+    vec2 p145 = vec2(length(p144.xz) - 0.0, p144.y);
+    vec3 p146 = p143 - vec3(0.0, -0.342, 0.0);
+    vec3 p147 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, 1.0, 0.0, -1.0, 1.11022302e-16) * p146;
+    vec2 p148 = p147.xy;
+    vec3 p149 = p146 - vec3(0.0, -0.018, 0.0);
+    vec3 p150 = p143 - vec3(0.0, -0.45, 0.0);
+    vec2 p151 = vec2(length(p150.xz) - 0.0, p150.y);
+    vec3 p152 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p153 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p152;
+    vec3 p154 = p153 - vec3(0.0, 0.13, 0.0);
+    vec2 p155 = vec2(length(p154.xz) - 0.0, p154.y);
+    vec3 p156 = p153 - vec3(0.0, 0.69, 0.0);
+    vec2 p157 = vec2(length(p156.xz) - 0.0, p156.y);
+    vec3 p158 = p153 - vec3(0.0, -0.43, 0.0);
+    vec2 p159 = vec2(length(p158.xz) - 0.0, p158.y);
+    vec3 p160 = p153 - vec3(0.0, 0.19, 0.0);
+    vec2 p161 = vec2(length(p160.xz) - 0.1325, p160.y);
+    vec3 p162 = p153 - vec3(0.0, -0.38, -0.13);
+    return min(min(min(max(max(((length(max(abs(p135) - vec2(0.028, 0.118), 0.0)) + min(max((abs(p135) - vec2(0.028, 0.118)).x, (abs(p135) - vec2(0.028, 0.118)).y), 0.0)) - 0.012), -((length(p136) - 0.062))), -(sdBox3(p137, vec3(0.5, 0.5, 0.5)))), max(((length(max(abs(p140) - vec2(0.023, 0.118), 0.0)) + min(max((abs(p140) - vec2(0.023, 0.118)).x, (abs(p140) - vec2(0.023, 0.118)).y), 0.0)) - 0.012), -((length(p141) - 0.062)))), min(min(((length(max(abs(p145) - vec2(0.089, 0.006), 0.0)) + min(max((abs(p145) - vec2(0.089, 0.006)).x, (abs(p145) - vec2(0.089, 0.006)).y), 0.0)) - 0.006), max(opExtrude(polygon56(p148), p147.z, 0.035), (length(p149) - 0.093))), (length(max(abs(p151) - vec2(0.05, 0.1), 0.0)) + min(max((abs(p151) - vec2(0.05, 0.1)).x, (abs(p151) - vec2(0.05, 0.1)).y), 0.0)))), max(min(min(min((length(max(abs(p155) - vec2(0.13, 0.55), 0.0)) + min(max((abs(p155) - vec2(0.13, 0.55)).x, (abs(p155) - vec2(0.13, 0.55)).y), 0.0)), polygon66(p157)), polygon69(p159)), ((length(max(abs(p161) - vec2(0.0225, 0.03), 0.0)) + min(max((abs(p161) - vec2(0.0225, 0.03)).x, (abs(p161) - vec2(0.0225, 0.03)).y), 0.0)) - 0.01)), -(sdBox3(p162, vec3(0.025, 0.15, 0.03)))));
 }
 
-const vec2 polygon151Corners[6] = vec2[6](vec2(4.77612252e-18, 0.078), vec2(-0.0675499815, 0.039), vec2(-0.0675499815, -0.039), vec2(-1.43283676e-17, -0.078), vec2(0.0675499815, -0.039), vec2(0.0675499815, 0.039));
-float polygon151(vec2 p) {
-    float d = 1e9, side = 1.0;
-    for (int i = 0; i < 6; i++) {
-        vec2 a = polygon151Corners[i], b = polygon151Corners[(i + 1) % 6];
-        vec2 edge = b - a, q = p - a;
-        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
-        d = min(d, dot(away, away));
-        bool crosses = (a.y > p.y) != (b.y > p.y);
-        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
-    }
-    return side * sqrt(d);
+float part167(vec3 p) {
+    vec3 p166 = p - vec3(0.235, 0.0, 0.0);
+    return (length(p166) - 0.058);
 }
 
-const vec2 polygon161Corners[4] = vec2[4](vec2(-0.13, -0.01), vec2(0.13, -0.01), vec2(0.11, 0.01), vec2(-0.11, 0.01));
-float polygon161(vec2 p) {
-    float d = 1e9, side = 1.0;
-    for (int i = 0; i < 4; i++) {
-        vec2 a = polygon161Corners[i], b = polygon161Corners[(i + 1) % 4];
-        vec2 edge = b - a, q = p - a;
-        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
-        d = min(d, dot(away, away));
-        bool crosses = (a.y > p.y) != (b.y > p.y);
-        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
-    }
-    return side * sqrt(d);
-}
-
-const vec2 polygon164Corners[4] = vec2[4](vec2(-0.11, -0.01), vec2(0.11, -0.01), vec2(0.13, 0.01), vec2(-0.13, 0.01));
-float polygon164(vec2 p) {
-    float d = 1e9, side = 1.0;
-    for (int i = 0; i < 4; i++) {
-        vec2 a = polygon164Corners[i], b = polygon164Corners[(i + 1) % 4];
-        vec2 edge = b - a, q = p - a;
-        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
-        d = min(d, dot(away, away));
-        bool crosses = (a.y > p.y) != (b.y > p.y);
-        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
-    }
-    return side * sqrt(d);
-}
-
-float part168(vec3 p) {
-    vec3 p135 = p - vec3(0.0, 0.05, 0.0);
-    vec3 p136 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p135;
-    vec2 p137 = vec2(length(p136.xz) - 0.305, p136.y);
-    vec2 p138 = vec2(length(p136.xz) - 0.235, p136.y);
-    vec3 p139 = p - vec3(0.58, 0.57, -0.47);
-    vec3 p140 = p - vec3(0.0, 0.05, 0.0);
-    vec3 p141 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p140;
-    vec2 p142 = vec2(length(p141.xz) - 0.165, p141.y);
-    vec2 p143 = vec2(length(p141.xz) - 0.235, p141.y);
-    vec3 p144 = vec3(abs(p.x), p.y, p.z);
-    vec3 p145 = p144 - vec3(0.63, 0.0, 0.0);
-    vec3 p146 = p145 - vec3(0.0, -0.388, 0.0);
-    vec2 p147 = vec2(length(p146.xz) - 0.0, p146.y);
-    vec3 p148 = p145 - vec3(0.0, -0.342, 0.0);
-    vec3 p149 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, 1.0, 0.0, -1.0, 1.11022302e-16) * p148;
-    vec2 p150 = p149.xy;
-    vec3 p152 = p148 - vec3(0.0, -0.018, 0.0);
-    vec3 p153 = p145 - vec3(0.0, -0.45, 0.0);
-    vec2 p154 = vec2(length(p153.xz) - 0.0, p153.y);
-    vec3 p155 = p - vec3(0.0, 0.05, 0.0);
-    vec3 p156 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p155;
-    vec3 p157 = p156 - vec3(0.0, 0.13, 0.0);
-    vec2 p158 = vec2(length(p157.xz) - 0.0, p157.y);
-    vec3 p159 = p156 - vec3(0.0, 0.69, 0.0);
-    vec2 p160 = vec2(length(p159.xz) - 0.0, p159.y);
-    vec3 p162 = p156 - vec3(0.0, -0.43, 0.0);
-    vec2 p163 = vec2(length(p162.xz) - 0.0, p162.y);
-    vec3 p165 = p156 - vec3(0.0, 0.19, 0.0);
-    vec2 p166 = vec2(length(p165.xz) - 0.1325, p165.y);
-    vec3 p167 = p156 - vec3(0.0, -0.38, -0.13);
-    return min(min(min(max(max(((length(max(abs(p137) - vec2(0.028, 0.118), 0.0)) + min(max((abs(p137) - vec2(0.028, 0.118)).x, (abs(p137) - vec2(0.028, 0.118)).y), 0.0)) - 0.012), -((length(p138) - 0.062))), -(sdBox3(p139, vec3(0.5, 0.5, 0.5)))), max(((length(max(abs(p142) - vec2(0.023, 0.118), 0.0)) + min(max((abs(p142) - vec2(0.023, 0.118)).x, (abs(p142) - vec2(0.023, 0.118)).y), 0.0)) - 0.012), -((length(p143) - 0.062)))), min(min(((length(max(abs(p147) - vec2(0.089, 0.006), 0.0)) + min(max((abs(p147) - vec2(0.089, 0.006)).x, (abs(p147) - vec2(0.089, 0.006)).y), 0.0)) - 0.006), max(opExtrude(polygon151(p150), p149.z, 0.035), (length(p152) - 0.093))), (length(max(abs(p154) - vec2(0.05, 0.1), 0.0)) + min(max((abs(p154) - vec2(0.05, 0.1)).x, (abs(p154) - vec2(0.05, 0.1)).y), 0.0)))), max(min(min(min((length(max(abs(p158) - vec2(0.13, 0.55), 0.0)) + min(max((abs(p158) - vec2(0.13, 0.55)).x, (abs(p158) - vec2(0.13, 0.55)).y), 0.0)), polygon161(p160)), polygon164(p163)), ((length(max(abs(p166) - vec2(0.0225, 0.03), 0.0)) + min(max((abs(p166) - vec2(0.0225, 0.03)).x, (abs(p166) - vec2(0.0225, 0.03)).y), 0.0)) - 0.01)), -(sdBox3(p167, vec3(0.025, 0.15, 0.03)))));
-}
-
-float part172(vec3 p) {
-    vec3 p171 = p - vec3(0.235, 0.0, 0.0);
-    return (length(p171) - 0.058);
-}
-
-float polar173(vec3 p) {
+float polar168(vec3 p) {
     float sector = 0.698131701;
     float home = round(atan(p.z, p.x) / sector);
     float d = 1e9;
     for (int i = -1; i <= 1; i++) {
         float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part172(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+        d = min(d, part167(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
     }
     return d;
 }
 
-float part174(vec3 p) {
-    vec3 p169 = p - vec3(0.0, 0.05, 0.0);
-    vec3 p170 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p169;
-    return polar173(p170);
+float part169(vec3 p) {
+    vec3 p164 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p165 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p164;
+    return polar168(p165);
 }
 
-float part183(vec3 p) {
-    vec3 p182 = p - vec3(0.235, 0.0, 0.0);
-    return (length(p182) - 0.064);
+float part178(vec3 p) {
+    vec3 p177 = p - vec3(0.235, 0.0, 0.0);
+    return (length(p177) - 0.064);
 }
 
-float polar184(vec3 p) {
+float polar179(vec3 p) {
     float sector = 0.698131701;
     float home = round(atan(p.z, p.x) / sector);
     float d = 1e9;
     for (int i = -1; i <= 1; i++) {
         float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part183(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+        d = min(d, part178(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
     }
     return d;
 }
 
-const vec2 polygon188Corners[6] = vec2[6](vec2(3.061617e-18, 0.05), vec2(-0.0433012702, 0.025), vec2(-0.0433012702, -0.025), vec2(-9.18485099e-18, -0.05), vec2(0.0433012702, -0.025), vec2(0.0433012702, 0.025));
-float polygon188(vec2 p) {
-    float d = 1e9, side = 1.0;
-    for (int i = 0; i < 6; i++) {
-        vec2 a = polygon188Corners[i], b = polygon188Corners[(i + 1) % 6];
-        vec2 edge = b - a, q = p - a;
-        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
-        d = min(d, dot(away, away));
-        bool crosses = (a.y > p.y) != (b.y > p.y);
-        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
-    }
-    return side * sqrt(d);
+float part189(vec3 p) {
+    vec3 p170 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p171 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p170;
+    vec3 p172 = p171 - vec3(0.0, -0.06, 0.0);
+    vec2 p173 = vec2(length(p172.xz) - 0.235, p172.y);
+    vec3 p174 = p171 - vec3(0.0, 0.06, 0.0);
+    vec2 p175 = vec2(length(p174.xz) - 0.235, p174.y);
+    vec2 p176 = vec2(length(p171.xz) - 0.235, p171.y);
+    vec3 p180 = p - vec3(0.0, 0.52, 0.0);
+    vec3 p181 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, 1.0, 0.0, -1.0, 1.11022302e-16) * p180;
+    vec2 p182 = p181.xy;
+    vec3 p183 = p - vec3(0.0, 0.56, 0.0);
+    vec2 p184 = vec2(length(p183.xz) - 0.0, p183.y);
+    vec3 p185 = p - vec3(0.0, 0.61, 0.0);
+    vec3 p186 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p187 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p186;
+    vec3 p188 = p187 - vec3(0.0, -0.31, -0.135);
+    return min(min(max(min(min(((length(max(abs(p173) - vec2(0.013, 0.007), 0.0)) + min(max((abs(p173) - vec2(0.013, 0.007)).x, (abs(p173) - vec2(0.013, 0.007)).y), 0.0)) - 0.005), ((length(max(abs(p175) - vec2(0.013, 0.007), 0.0)) + min(max((abs(p175) - vec2(0.013, 0.007)).x, (abs(p175) - vec2(0.013, 0.007)).y), 0.0)) - 0.005)), ((length(max(abs(p176) - vec2(0.008, 0.056), 0.0)) + min(max((abs(p176) - vec2(0.008, 0.056)).x, (abs(p176) - vec2(0.008, 0.056)).y), 0.0)) - 0.004)), -(polar179(p171))), min(min((opExtrude(polygon45(p182), p181.z, 0.025) - 0.004), (length(max(abs(p184) - vec2(0.022, 0.05), 0.0)) + min(max((abs(p184) - vec2(0.022, 0.05)).x, (abs(p184) - vec2(0.022, 0.05)).y), 0.0))), (length(p185) - 0.032))), (sdBox3(p188, vec3(0.015, 0.067, 0.022)) - 0.008));
 }
 
-float part195(vec3 p) {
-    vec3 p175 = p - vec3(0.0, 0.05, 0.0);
-    vec3 p176 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p175;
-    vec3 p177 = p176 - vec3(0.0, -0.06, 0.0);
-    vec2 p178 = vec2(length(p177.xz) - 0.235, p177.y);
-    vec3 p179 = p176 - vec3(0.0, 0.06, 0.0);
-    vec2 p180 = vec2(length(p179.xz) - 0.235, p179.y);
-    vec2 p181 = vec2(length(p176.xz) - 0.235, p176.y);
-    vec3 p185 = p - vec3(0.0, 0.52, 0.0);
-    vec3 p186 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, 1.0, 0.0, -1.0, 1.11022302e-16) * p185;
-    vec2 p187 = p186.xy;
-    vec3 p189 = p - vec3(0.0, 0.56, 0.0);
-    vec2 p190 = vec2(length(p189.xz) - 0.0, p189.y);
-    vec3 p191 = p - vec3(0.0, 0.61, 0.0);
-    vec3 p192 = p - vec3(0.0, 0.05, 0.0);
-    vec3 p193 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p192;
-    vec3 p194 = p193 - vec3(0.0, -0.31, -0.135);
-    return min(min(max(min(min(((length(max(abs(p178) - vec2(0.013, 0.007), 0.0)) + min(max((abs(p178) - vec2(0.013, 0.007)).x, (abs(p178) - vec2(0.013, 0.007)).y), 0.0)) - 0.005), ((length(max(abs(p180) - vec2(0.013, 0.007), 0.0)) + min(max((abs(p180) - vec2(0.013, 0.007)).x, (abs(p180) - vec2(0.013, 0.007)).y), 0.0)) - 0.005)), ((length(max(abs(p181) - vec2(0.008, 0.056), 0.0)) + min(max((abs(p181) - vec2(0.008, 0.056)).x, (abs(p181) - vec2(0.008, 0.056)).y), 0.0)) - 0.004)), -(polar184(p176))), min(min((opExtrude(polygon188(p187), p186.z, 0.025) - 0.004), (length(max(abs(p190) - vec2(0.022, 0.05), 0.0)) + min(max((abs(p190) - vec2(0.022, 0.05)).x, (abs(p190) - vec2(0.022, 0.05)).y), 0.0))), (length(p191) - 0.032))), (sdBox3(p194, vec3(0.015, 0.067, 0.022)) - 0.008));
+float part199(vec3 p) {
+    vec3 p197 = p - vec3(0.285, 0.0, 0.0);
+    vec2 p198 = vec2(length(p197.xz) - 0.0, p197.y);
+    return (length(max(abs(p198) - vec2(0.07, 0.5), 0.0)) + min(max((abs(p198) - vec2(0.07, 0.5)).x, (abs(p198) - vec2(0.07, 0.5)).y), 0.0));
 }
 
-const vec2 polygon198Corners[104] = vec2[104](vec2(0.499416113, -0.0241566898), vec2(0.499416113, 0.0241566898), vec2(0.423883589, 0.0307847901), vec2(0.418933584, 0.0715517426), vec2(0.490685063, 0.0960633587), vec2(0.479122915, 0.142972839), vec2(0.404199019, 0.131332223), vec2(0.389636683, 0.169729948), vec2(0.45343718, 0.210700554), vec2(0.430984833, 0.253479927), vec2(0.361023872, 0.224247104), vec2(0.337695514, 0.258044066), vec2(0.389837177, 0.313092599), vec2(0.35779948, 0.349255683), vec2(0.29686733, 0.304129558), vec2(0.266128709, 0.3313616), vec2(0.303581254, 0.39728884), vec2(0.263820122, 0.424733968), vec2(0.215457938, 0.366337108), vec2(0.179095471, 0.385421603), vec2(0.199682292, 0.458396098), vec2(0.154508497, 0.475528258), vec2(0.121526913, 0.407254477), vec2(0.0816538549, 0.417082304), vec2(0.0841785207, 0.49286304), vec2(0.0362174001, 0.498686575), vec2(0.0205331863, 0.424503696), vec2(-0.0205331863, 0.424503696), vec2(-0.0362174001, 0.498686575), vec2(-0.0841785207, 0.49286304), vec2(-0.0816538549, 0.417082304), vec2(-0.121526913, 0.407254477), vec2(-0.154508497, 0.475528258), vec2(-0.199682292, 0.458396098), vec2(-0.179095471, 0.385421603), vec2(-0.215457938, 0.366337108), vec2(-0.263820122, 0.424733968), vec2(-0.303581254, 0.39728884), vec2(-0.266128709, 0.3313616), vec2(-0.29686733, 0.304129558), vec2(-0.35779948, 0.349255683), vec2(-0.389837177, 0.313092599), vec2(-0.337695514, 0.258044066), vec2(-0.361023872, 0.224247104), vec2(-0.430984833, 0.253479927), vec2(-0.45343718, 0.210700554), vec2(-0.389636683, 0.169729948), vec2(-0.404199019, 0.131332223), vec2(-0.479122915, 0.142972839), vec2(-0.490685063, 0.0960633587), vec2(-0.418933584, 0.0715517426), vec2(-0.423883589, 0.0307847901), vec2(-0.499416113, 0.0241566898), vec2(-0.499416113, -0.0241566898), vec2(-0.423883589, -0.0307847901), vec2(-0.418933584, -0.0715517426), vec2(-0.490685063, -0.0960633587), vec2(-0.479122915, -0.142972839), vec2(-0.404199019, -0.131332223), vec2(-0.389636683, -0.169729948), vec2(-0.45343718, -0.210700554), vec2(-0.430984833, -0.253479927), vec2(-0.361023872, -0.224247104), vec2(-0.337695514, -0.258044066), vec2(-0.389837177, -0.313092599), vec2(-0.35779948, -0.349255683), vec2(-0.29686733, -0.304129558), vec2(-0.266128709, -0.3313616), vec2(-0.303581254, -0.39728884), vec2(-0.263820122, -0.424733968), vec2(-0.215457938, -0.366337108), vec2(-0.179095471, -0.385421603), vec2(-0.199682292, -0.458396098), vec2(-0.154508497, -0.475528258), vec2(-0.121526913, -0.407254477), vec2(-0.0816538549, -0.417082304), vec2(-0.0841785207, -0.49286304), vec2(-0.0362174001, -0.498686575), vec2(-0.0205331863, -0.424503696), vec2(0.0205331863, -0.424503696), vec2(0.0362174001, -0.498686575), vec2(0.0841785207, -0.49286304), vec2(0.0816538549, -0.417082304), vec2(0.121526913, -0.407254477), vec2(0.154508497, -0.475528258), vec2(0.199682292, -0.458396098), vec2(0.179095471, -0.385421603), vec2(0.215457938, -0.366337108), vec2(0.263820122, -0.424733968), vec2(0.303581254, -0.39728884), vec2(0.266128709, -0.3313616), vec2(0.29686733, -0.304129558), vec2(0.35779948, -0.349255683), vec2(0.389837177, -0.313092599), vec2(0.337695514, -0.258044066), vec2(0.361023872, -0.224247104), vec2(0.430984833, -0.253479927), vec2(0.45343718, -0.210700554), vec2(0.389636683, -0.169729948), vec2(0.404199019, -0.131332223), vec2(0.479122915, -0.142972839), vec2(0.490685063, -0.0960633587), vec2(0.418933584, -0.0715517426), vec2(0.423883589, -0.0307847901));
-float polygon198(vec2 p) {
-    float d = 1e9, side = 1.0;
-    for (int i = 0; i < 104; i++) {
-        vec2 a = polygon198Corners[i], b = polygon198Corners[(i + 1) % 104];
-        vec2 edge = b - a, q = p - a;
-        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
-        d = min(d, dot(away, away));
-        bool crosses = (a.y > p.y) != (b.y > p.y);
-        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
-    }
-    return side * sqrt(d);
-}
-
-float part206(vec3 p) {
-    vec3 p204 = p - vec3(0.285, 0.0, 0.0);
-    vec2 p205 = vec2(length(p204.xz) - 0.0, p204.y);
-    return (length(max(abs(p205) - vec2(0.07, 0.5), 0.0)) + min(max((abs(p205) - vec2(0.07, 0.5)).x, (abs(p205) - vec2(0.07, 0.5)).y), 0.0));
-}
-
-float polar207(vec3 p) {
+float polar200(vec3 p) {
     float sector = 1.04719755;
     float home = round(atan(p.z, p.x) / sector);
     float d = 1e9;
     for (int i = -1; i <= 1; i++) {
         float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part206(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+        d = min(d, part199(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
     }
     return d;
 }
 
-float part212(vec3 p) {
-    vec3 p196 = p - vec3(0.0, 0.05, 0.45);
-    vec2 p197 = p196.xy;
-    vec3 p199 = p196 - vec3(0.0, 0.0, 0.075);
-    vec2 p200 = p199.xy;
-    vec3 p201 = p196 - vec3(0.0, 0.0, -0.075);
-    vec2 p202 = p201.xy;
-    vec3 p203 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p196;
-    vec2 p208 = p196.xy;
-    vec3 p209 = p - vec3(0.0, 0.05, 0.0);
-    vec3 p210 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p209;
-    vec2 p211 = vec2(length(p210.xz) - 0.0, p210.y);
-    return max(min(max(max(max((opExtrude(polygon198(p197), p196.z, 0.075) - 0.006), -(opExtrude((abs((length(p200) - 0.285)) - 0.105), p199.z, 0.03))), -(opExtrude((abs((length(p202) - 0.285)) - 0.105), p201.z, 0.03))), -(polar207(p203))), (opExtrude((length(p208) - 0.19), p196.z, 0.11) - 0.01)), -((length(max(abs(p211) - vec2(0.129, 1.5), 0.0)) + min(max((abs(p211) - vec2(0.129, 1.5)).x, (abs(p211) - vec2(0.129, 1.5)).y), 0.0))));
+float part205(vec3 p) {
+    vec3 p190 = p - vec3(0.0, 0.05, 0.45);
+    vec2 p191 = p190.xy;
+    vec3 p192 = p190 - vec3(0.0, 0.0, 0.075);
+    vec2 p193 = p192.xy;
+    vec3 p194 = p190 - vec3(0.0, 0.0, -0.075);
+    vec2 p195 = p194.xy;
+    vec3 p196 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p190;
+    vec2 p201 = p190.xy;
+    vec3 p202 = p - vec3(0.0, 0.05, 0.0);
+    vec3 p203 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p202;
+    vec2 p204 = vec2(length(p203.xz) - 0.0, p203.y);
+    return max(min(max(max(max((opExtrude(polygon78(p191), p190.z, 0.075) - 0.006), -(opExtrude((abs((length(p193) - 0.285)) - 0.105), p192.z, 0.03))), -(opExtrude((abs((length(p195) - 0.285)) - 0.105), p194.z, 0.03))), -(polar200(p196))), (opExtrude((length(p201) - 0.19), p190.z, 0.11) - 0.01)), -((length(max(abs(p204) - vec2(0.129, 1.5), 0.0)) + min(max((abs(p204) - vec2(0.129, 1.5)).x, (abs(p204) - vec2(0.129, 1.5)).y), 0.0))));
 }
 
-float part214(vec3 p) {
-    vec3 p213 = p - vec3(0.0, -0.555, 0.15);
-    return (sdBox3(p213, vec3(0.87, 0.005, 0.62)) - 0.03);
+float part207(vec3 p) {
+    vec3 p206 = p - vec3(0.0, -0.555, 0.15);
+    return (sdBox3(p206, vec3(0.87, 0.005, 0.62)) - 0.03);
 }
 
 vec3 albedo(vec3 p, vec3 n) {
     float nearest = 1e9, d;
     vec3 colour = vec3(0.5);
-    d = part116(p);
+    d = part115(p);
     if (d < nearest) { nearest = d; colour = vec3(0.5, 0.07, 0.04); }
-    d = part134(p);
+    d = part132(p);
     if (d < nearest) { nearest = d; colour = vec3(0.05, 0.16, 0.3); }
-    d = part168(p);
+    d = part163(p);
     if (d < nearest) { nearest = d; colour = vec3(0.42, 0.43, 0.45); }
-    d = part174(p);
+    d = part169(p);
     if (d < nearest) { nearest = d; colour = vec3(0.6, 0.61, 0.63); }
-    d = part195(p);
+    d = part189(p);
     if (d < nearest) { nearest = d; colour = vec3(0.58, 0.38, 0.1); }
-    d = part212(p);
+    d = part205(p);
     if (d < nearest) { nearest = d; colour = vec3(0.34, 0.3, 0.26); }
-    d = part214(p);
+    d = part207(p);
     if (d < nearest) { nearest = d; colour = vec3(0.34, 0.23, 0.14); }
     return colour;
 }

@@ -34,30 +34,27 @@ def polygon(points: Sequence[Vector] | np.ndarray) -> Shape2:
         raise SdfprtError(f"csg: polygon needs three or more points of two numbers, got shape {corners.shape}")
     count = len(corners)
 
+    literals = ", ".join(vector(c) for c in corners)
+    text = "\n".join(
+        [
+            f"const vec2 NAMECorners[{count}] = vec2[{count}]({literals});",
+            "float NAME(vec2 p) {",
+            "    float d = 1e9, side = 1.0;",
+            f"    for (int i = 0; i < {count}; i++) {{",
+            f"        vec2 a = NAMECorners[i], b = NAMECorners[(i + 1) % {count}];",
+            "        vec2 edge = b - a, q = p - a;",
+            "        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);",
+            "        d = min(d, dot(away, away));",
+            "        bool crosses = (a.y > p.y) != (b.y > p.y);",
+            "        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;",
+            "    }",
+            "    return side * sqrt(d);",
+            "}",
+        ]
+    )
+
     def write(w: Writer, p: str) -> str:
-        w.names += 1
-        name = f"polygon{w.names}"
-        literals = ", ".join(vector(c) for c in corners)
-        w.functions.append(
-            "\n".join(
-                [
-                    f"const vec2 {name}Corners[{count}] = vec2[{count}]({literals});",
-                    f"float {name}(vec2 p) {{",
-                    "    float d = 1e9, side = 1.0;",
-                    f"    for (int i = 0; i < {count}; i++) {{",
-                    f"        vec2 a = {name}Corners[i], b = {name}Corners[(i + 1) % {count}];",
-                    "        vec2 edge = b - a, q = p - a;",
-                    "        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);",
-                    "        d = min(d, dot(away, away));",
-                    "        bool crosses = (a.y > p.y) != (b.y > p.y);",
-                    "        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;",
-                    "    }",
-                    "    return side * sqrt(d);",
-                    "}",
-                ]
-            )
-        )
-        return f"{name}({p})"
+        return f"{w.once('polygon', text)}({p})"
 
     return Shape2(write, (corners.min(axis=0), corners.max(axis=0)))
 

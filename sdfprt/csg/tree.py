@@ -46,6 +46,7 @@ class Writer:
     snippets: dict[str, None] = field(default_factory=dict)
     functions: list[str] = field(default_factory=list)
     body: list[str] = field(default_factory=list)
+    named: dict[str, str] = field(default_factory=dict)  # of the functions that `once` wrote
     names: int = 0
 
     def let(self, kind: str, expression: str) -> str:
@@ -64,6 +65,14 @@ class Writer:
         self.functions.append("\n".join([f"float {name}({kind} p) {{", *self.body, f"    return {result};", "}"]))
         self.body = outer
         return name
+
+    def once(self, stem: str, text: str) -> str:
+        """The name, for NAME in it, under which a function of this text stands; written at its first use."""
+        if text not in self.named:
+            self.names += 1
+            self.named[text] = f"{stem}{self.names}"
+            self.functions.append(text.replace("NAME", self.named[text]))
+        return self.named[text]
 
     def text(self, result: str) -> str:
         """The whole scene; `result` is the distance at `p`."""

@@ -7,7 +7,7 @@ demo:
 
 test:
 	@scripts/setup.sh test,dev
-	@.venv/bin/python -m pytest
+	@.venv/bin/python -m pytest -n 2 --dist loadfile
 
 lint:
 	@scripts/setup.sh test,dev

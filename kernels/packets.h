@@ -1,5 +1,5 @@
-// Visibility of a batch of rays. Those still under way are packed side by side every few steps, so that few lanes of the
-// scene's evaluation are idle.
+// Visibility of a batch of rays, by the field or, where that holds, by the lattice that stands in for it. Rays still under way
+// are packed side by side every few steps, so that few lanes are idle.
 #if SDFPRT_LANES == 1
 #define SDFPRT_BATCH 16
 #define SDFPRT_GROUP 4  // origins in a batch
@@ -14,36 +14,36 @@ struct Packets : Simd {
     float reach[SDFPRT_BATCH];                                   // distance within which it has met the surface
     float free[SDFPRT_BATCH];                                    // 1 where it leaves them, 0 where it meets the surface
     float ball[SDFPRT_BATCH], taken[SDFPRT_BATCH];  // of the evaluation before: radius, and the step that followed it
-    int running[SDFPRT_BATCH], again[SDFPRT_BATCH];
-    enum { STEPS = 3 };  // evaluations between two packings
-
-#if SDFPRT_LANES == 1
-    static inline CUDA_CALLABLE F load(const float* v) { return *v; }
-    static inline CUDA_CALLABLE void store(float* v, F x) { *v = x; }
-#else
-    static inline F load(const float* v) {
-        F r = splat(0.0f);
-        __builtin_memcpy(&r, v, sizeof(F));
-        return r;
-    }
-    static inline void store(float* v, F x) { __builtin_memcpy(v, &x, sizeof(F)); }
-#endif
+    int running[SDFPRT_BATCH], again[SDFPRT_BATCH];  // rays that read the lattice
+    int asking[SDFPRT_BATCH], rough[SDFPRT_BATCH];   // rays that need the field
+    int spent[SDFPRT_BATCH];  // evaluations and readings
+    Lattice lattice;
+    enum { STEPS = 3, READINGS = 3 };  // evaluations and readings of the lattice between two packings
 
     static inline CUDA_CALLABLE F gather(const float* v, const int* at, int used) {
-        F r = splat(0.0f);
-        for (int k = 0; k < SDFPRT_LANES; k++) set(r, k, v[at[k < used ? k : 0]]);
-        return r;
+        float r[SDFPRT_LANES];
+        for (int k = 0; k < SDFPRT_LANES; k++) r[k] = v[at[k < used ? k : 0]];
+        return fill(r);
     }
 
-    // A few steps of rays at[0] …; those that neither met the surface nor left the bounds go to `again`
-    inline CUDA_CALLABLE void advance(const int* at, int used, float step, int& left) {
+    // A few steps of the first packet of rays at[0] … at[count - 1], by the field or by what stands in for it. Those that neither
+    // met the surface nor left the bounds go to `again` where the lattice holds, to `rough` where only the field does
+    inline CUDA_CALLABLE void advance(bool field, const int* at, int count, float step, int steps, int& left, int& apart) {
+        const int used = count < SDFPRT_LANES ? count : SDFPRT_LANES;
         const F x = gather(ox, at, used), y = gather(oy, at, used), z = gather(oz, at, used);
         const F u = gather(dx, at, used), v = gather(dy, at, used), w = gather(dz, at, used), end = gather(far, at, used);
         const F touch = gather(reach, at, used);
         F s = gather(t, at, used), before = gather(ball, at, used), came = gather(taken, at, used);
-        M live = lt(lanes(), splat(used)), blocked = none();
-        for (int k = 0; k < STEPS && any(live); k++) {
-            const F r = Scene::distance(fma(u, s, x), fma(v, s, y), fma(w, s, z), live) * step;
+        const float leap = 0.125f * lattice.cell;
+        M live = lt(lanes(), splat(used)), blocked = none(), out = none();
+        for (int k = 0; k < (field ? STEPS : READINGS) && any(live); k++) {
+            const F px = fma(u, s, x), py = fma(v, s, y), pz = fma(w, s, z);
+            M doubt = none();
+            const F r = field ? Scene::distance(px, py, pz, live) * step : lattice.at(px, py, pz, doubt);
+            // Where a ray has hardly left, the lattice's error would decide
+            if (!field) doubt = doubt | (lt(s, splat(lattice.cell)) & lt(r, splat(0.05f * lattice.cell)));
+            out = out | (live & doubt);
+            live = live & ~doubt;
             // Negative is met for certain. Where the balls of this step and the one before leave a gap, go back to the end
             // of the ball before; else step as far as the next ball will touch this one if the slope stays
             const M gap = lt(before + r, came);
@@ -51,40 +51,63 @@ struct Packets : Simd {
             const F slope = max(min((r - before) / max(came, splat(1e-9f)), splat(0.8f)), splat(-1.0f));
             const F ahead = sel(lt(splat(0.0f), came), 1.9f * r / (1.0f - slope), 1.2f * r);
             const F next = sel(gap, s - came + before, min(s + ahead, max(s + r, end - touch)));
+            // A chord through the surface shorter than a leap stays within the lattice's error of it
+            const M creeps = field ? none() : lt(next - s, splat(leap)) & ~gap;
             blocked = blocked | met;
             live = live & ~met;
-            came = sel(live, sel(gap, splat(0.0f), next - s), came);
+            came = sel(live, sel(gap | creeps, splat(0.0f), next - s), came);
             before = sel(live, sel(gap, splat(0.0f), r), before);
-            s = sel(live, next, s);
+            s = sel(live, sel(creeps, s + leap, next), s);
             live = live & lt(s, end);
         }
+        // Back to the lattice as soon as the surface is beyond its error
+        if (field) out = lattice.nx > 0 ? live & lt(before, splat(0.1f * lattice.cell)) : live;
+        live = live & ~out;
+        float place[SDFPRT_LANES], radius[SDFPRT_LANES], stride[SDFPRT_LANES];
+        int ended[SDFPRT_LANES], on[SDFPRT_LANES], doubted[SDFPRT_LANES];
+        spill(place, s);
+        spill(radius, before);
+        spill(stride, came);
+        spill(ended, blocked);
+        spill(on, live);
+        spill(doubted, out);
         for (int k = 0; k < used; k++) {
             const int i = at[k];
-            if (lane(blocked, k)) free[i] = 0.0f;
-            t[i] = lane(s, k);
-            ball[i] = lane(before, k);
-            taken[i] = lane(came, k);
+            const bool lost = (spent[i] += STEPS) >= steps;  // so many evaluations: it grazes
+            if (ended[k] || (lost && (on[k] || doubted[k]))) free[i] = 0.0f;
+            t[i] = place[k];
+            ball[i] = radius[k];
+            taken[i] = stride[k];
             again[left] = i;
-            left += lane(live, k) != 0;
+            left -= lost ? 0 : on[k];
+            rough[apart] = i;
+            apart -= lost ? 0 : doubted[k];
         }
     }
 
-    // Rays 0 … count - 1, whose origin, direction, t, far, reach and `free` are set. Steps are over-relaxed by the slope (Balint and Valasek 2018; Ban and Valasek 2023). Rays that are still under way after
-    // `steps` evaluations graze and count as met.
+    // Rays 0 … count - 1, whose origin, direction, t, far, reach and `free` are set. Steps are over-relaxed by the slope (Balint
+    // and Valasek 2018; Ban and Valasek 2023). Rays still under way after `steps` evaluations and readings count as met.
     inline CUDA_CALLABLE void trace(float step, int steps, int count) {
-        int left = 0;
+        int left = 0, apart = 0;
+        int* list = lattice.nx > 0 ? running : rough;
+        int& begun = lattice.nx > 0 ? left : apart;
         for (int i = 0; i < count; i++) {
-            running[left] = i;
+            list[begun] = i;
             ball[i] = taken[i] = 0.0f;
-            left += free[i] > 0.0f && t[i] + reach[i] < far[i];  // on a face where the bounds cut the solid, outwards is free
+            spent[i] = 0;
+            begun += free[i] > 0.0f && t[i] + reach[i] < far[i];  // on a face where the bounds cut the solid, outwards is free
         }
-        for (int turn = 0; turn < steps && left > 0; turn += STEPS) {
-            const int all = left;
+        while (left + apart > 0) {
+            // The field when two packets wait for it, or nothing else is left
+            const int readers = left, askers = apart >= 2 * SDFPRT_LANES || left == 0 ? apart : 0;
+            for (int i = 0; i < askers; i++) asking[i] = rough[i];
             left = 0;
-            for (int first = 0; first < all; first += SDFPRT_LANES)
-                advance(running + first, all - first < SDFPRT_LANES ? all - first : SDFPRT_LANES, step, left);
+            apart -= askers;
+            for (int first = 0; first < readers; first += SDFPRT_LANES)
+                advance(false, running + first, readers - first, step, steps, left, apart);
+            for (int first = 0; first < askers; first += SDFPRT_LANES)
+                advance(true, asking + first, askers - first, step, steps, left, apart);
             for (int i = 0; i < left; i++) running[i] = again[i];
         }
-        for (int k = 0; k < left; k++) free[running[k]] = 0.0f;
     }
 };

@@ -4,6 +4,7 @@
     const int SHARE = SDFPRT_BATCH / SDFPRT_GROUP;  // rays of a point in a batch
     const int begin = item * SDFPRT_GROUP, members = total - begin < SDFPRT_GROUP ? total - begin : SDFPRT_GROUP;
     Packets packets;
+    packets.lattice.read((const short*)corners.data, frame.data);
     F sum[SDFPRT_GROUP][64];
     for (int g = 0; g < members; g++)
         for (int i = 0; i < bands * bands; i++) sum[g][i] = Simd::splat(0.0f);
@@ -54,10 +55,10 @@
                 Simd::sincos(6.28318531f * v, sn, cs);
                 const F lx = r * cs, ly = r * sn;
                 const F dx = lx * tx + ly * bx + c * nx, dy = lx * ty + ly * by + c * ny, dz = lx * tz + ly * bz + c * nz;
-                Packets::store(packets.dx + at, dx);
-                Packets::store(packets.dy + at, dy);
-                Packets::store(packets.dz + at, dz);
-                Packets::store(packets.free + at, Simd::sel(used, Simd::splat(1.0f), Simd::splat(0.0f)));
+                Packets::spill(packets.dx + at, dx);
+                Packets::spill(packets.dy + at, dy);
+                Packets::spill(packets.dz + at, dz);
+                Packets::spill(packets.free + at, Simd::sel(used, Simd::splat(1.0f), Simd::splat(0.0f)));
                 if (!shadowed) continue;
                 F t = Simd::splat(0.0f);
                 for (int k = 0; k < 16; k++) {
@@ -70,22 +71,22 @@
                 }
                 F enter, leave;
                 Tracer::clip(Simd::splat(ox), Simd::splat(oy), Simd::splat(oz), dx, dy, dz, box.data, enter, leave);
-                Packets::store(packets.t + at, t);
-                Packets::store(packets.far + at, leave);
+                Packets::spill(packets.t + at, t);
+                Packets::spill(packets.far + at, leave);
                 // Less where o itself lies so near, in a crease
                 const float half = 0.5f * radius[g][0];
-                Packets::store(packets.reach + at, Simd::splat(0.0f < half && half < near ? half : near));
-                Packets::store(packets.ox + at, Simd::splat(ox));
-                Packets::store(packets.oy + at, Simd::splat(oy));
-                Packets::store(packets.oz + at, Simd::splat(oz));
+                Packets::spill(packets.reach + at, Simd::splat(0.0f < half && half < near ? half : near));
+                Packets::spill(packets.ox + at, Simd::splat(ox));
+                Packets::spill(packets.oy + at, Simd::splat(oy));
+                Packets::spill(packets.oz + at, Simd::splat(oz));
             }
         }
         if (shadowed) packets.trace(step, steps, members * padded);
 
         // Basis by the recurrence in l of each order m; the constants come from sh.py's normalisation, passed in
         for (int at = 0; at < members * padded; at += SDFPRT_LANES) {
-            const F dx = Packets::load(packets.dx + at), dy = Packets::load(packets.dy + at);
-            const F dz = Packets::load(packets.dz + at), one = Packets::load(packets.free + at);
+            const F dx = Packets::fill(packets.dx + at), dy = Packets::fill(packets.dy + at);
+            const F dz = Packets::fill(packets.dz + at), one = Packets::fill(packets.free + at);
             if (!Simd::any(Simd::lt(Simd::splat(0.0f), one))) continue;
             F* total_of = sum[at / padded];
             F re = one, im = Simd::splat(0.0f);

@@ -38,7 +38,7 @@ SIZES = ((16, 3), (32, 3), (32, 4), (64, 4), (128, 4))  # width and layers that 
 _VIEWS, _VIEW_SIDE, _VIEW_LIGHT = 3, 40, "sky_afternoon"  # pictures that `target_psnr` also looks at; side in pixels
 _CHUNK = 32_768  # samples a file of transfer
 _KEEP = 24  # working files that stay when a bake ends
-_VERSION = 4  # of what the stages compute; a change makes caches void
+_VERSION = 5  # of what the stages compute; a change makes caches void
 
 
 def bake(
@@ -86,18 +86,18 @@ def bake(
         if found or final.is_file():
             return found or Asset.load(final, scene=scene)
 
-    # Samples, the last of them for validation, with more rays
+    # Samples, the last of them for validation, with more rays and by the field alone
     work = cache_folder() / "work"
     held = settings.Fit.held_out
     key = _key(scene.hash, points, held, seed, resolution, asdict(settings.Surface()))
-    traced = work / f"transfer-{_key(key, bands, rays, asdict(settings.Trace()))}"
+    traced = work / f"transfer-{_key(key, bands, rays, asdict(settings.Trace()), asdict(settings.Lattice()))}"
     with workers.connect(cluster) if cluster else nullcontext() as client:  # first, since it may not be there
         surface = _cached(work / f"surface-{key}.npz", lambda: _surface(scene, points + held, seed, resolution))
         if client is not None:
-            _ahead(client, scene, surface, slice(0, points), traced, bands, rays, seed)
-            _ahead(client, scene, surface, slice(points, points + held), traced, bands, settings.Fit.held_out_rays, seed)
-    train = _samples(scene, surface, slice(0, points), traced, bands, rays, seed)
-    validation = _samples(scene, surface, slice(points, points + held), traced, bands, settings.Fit.held_out_rays, seed)
+            _ahead(client, scene, surface, slice(0, points), traced, bands, rays, seed, True)
+            _ahead(client, scene, surface, slice(points, points + held), traced, bands, settings.Fit.held_out_rays, seed, False)
+    train = _samples(scene, surface, slice(0, points), traced, bands, rays, seed, True)
+    validation = _samples(scene, surface, slice(points, points + held), traced, bands, settings.Fit.held_out_rays, seed, False)
 
     # Networks, from the smallest, until one is good enough
     curve, fitted, views = [], [], _views(scene, work, bands, seed) if target_psnr else []
@@ -171,22 +171,24 @@ def _view_psnr(net: TransferNet, views: list[_View]) -> float:
 
 
 def _samples(
-    scene: Scene, surface: Arrays, part: slice, folder: Path, bands: int, rays: int, seed: int
+    scene: Scene, surface: Arrays, part: slice, folder: Path, bands: int, rays: int, seed: int, rounded: bool
 ) -> tuple[ndarray, ndarray, ndarray]:
-    """Points, normals and transfer of a part of the surface, a file a chunk; numbers run through, so chunks join."""
+    """Points, normals and transfer (by the lattice if `rounded`) of a part of the surface, a file a chunk that joins the next."""
     points, normals = surface["points"][part], surface["normals"][part]
     transfer = np.empty((len(points), bands * bands), np.float32)
     for first in range(0, len(points), _CHUNK):
         chunk = slice(first, first + _CHUNK)
 
         def trace(chunk: slice = chunk, start: int = part.start + first) -> Arrays:
-            return {"T": compute_transfer(scene, points[chunk], normals[chunk], bands, rays, seed=seed, start=start)}
+            return {"T": workers.transfer(scene, points[chunk], normals[chunk], bands, rays, seed, start, rounded)}
 
         transfer[chunk] = _cached(folder / f"{part.start + first:08d}.npz", trace)["T"]
     return points, normals, transfer
 
 
-def _ahead(client: Any, scene: Scene, surface: Arrays, part: slice, folder: Path, bands: int, rays: int, seed: int) -> None:
+def _ahead(
+    client: Any, scene: Scene, surface: Arrays, part: slice, folder: Path, bands: int, rays: int, seed: int, rounded: bool
+) -> None:
     """The files that `_samples` looks for, by the workers of a cluster: a file's points in tasks of workers.POINTS at most."""
     tasks: list[tuple[Path, slice]] = []
     left: dict[Path, int] = {}
@@ -198,7 +200,9 @@ def _ahead(client: Any, scene: Scene, surface: Arrays, part: slice, folder: Path
             left[path] = len(cuts)
     done: dict[Path, dict[int, ndarray]] = {path: {} for path in left}
     _ = scene.native  # translated once, here
-    arguments = ((scene, surface["points"][cut], surface["normals"][cut], bands, rays, seed, cut.start) for _, cut in tasks)
+    arguments = (
+        (scene, surface["points"][cut], surface["normals"][cut], bands, rays, seed, cut.start, rounded) for _, cut in tasks
+    )
     with track("transfer", len(tasks)) as advance:
         for number, values in workers.each(client, workers.transfer, arguments):
             path, cut = tasks[number]

@@ -15,6 +15,7 @@ from typing import Any
 
 from numpy import ndarray
 
+from sdfprt import lattice
 from sdfprt.errors import SdfprtError
 from sdfprt.scene import Scene
 from sdfprt.transfer import compute_transfer
@@ -91,9 +92,12 @@ def each(client: Any, function: Callable, tasks: Iterable[tuple]) -> Iterator[tu
         running.clear()
 
 
-def transfer(scene: Scene, points: ndarray, normals: ndarray, bands: int, rays: int, seed: int, start: int) -> ndarray:
-    """The task of the bake: transfer of points whose numbers begin at `start`; joins the others' without a seam."""
-    return compute_transfer(scene, points, normals, bands, rays, seed=seed, start=start)
+def transfer(
+    scene: Scene, points: ndarray, normals: ndarray, bands: int, rays: int, seed: int, start: int, rounded: bool
+) -> ndarray:
+    """The task of the bake: transfer of points whose numbers begin at `start`, by the lattice if `rounded`; joins the others'."""
+    stand_in = lattice.build(scene) if rounded else None
+    return compute_transfer(scene, points, normals, bands, rays, seed=seed, start=start, lattice=stand_in)
 
 
 @functools.cache

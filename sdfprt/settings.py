@@ -29,6 +29,13 @@ class Transfer:
 
 
 @dataclass(frozen=True)
+class Lattice:
+    cells: int = 96  # along the longest side of the bounds
+    near: float = 0.04  # error of interpolation that is let pass in cells at the surface, of a cell
+    far: float = 0.25  # the same elsewhere
+
+
+@dataclass(frozen=True)
 class Network:
     width: int = 64  # neurons a layer
     layers: int = 4  # linear layers

@@ -10,6 +10,7 @@ from numpy import ndarray
 
 from sdfprt import native, settings, sh
 from sdfprt.errors import SdfprtError
+from sdfprt.lattice import Lattice
 from sdfprt.progress import track
 from sdfprt.scene import Scene
 from sdfprt.trace import box_array
@@ -51,12 +52,15 @@ def compute_transfer(
     seed: int = 0,
     shadowed: bool = True,
     start: int = 0,
+    lattice: Lattice | None = None,
 ) -> Float[ndarray, "n k"]:
     """Cosine-weighted visibility in SH at surface points, k = bands**2.
 
     Points lie on the surface to within settings.Surface.tolerance; normals have unit length. `shadowed=False` leaves
-    visibility out (Gentle Introduction to PRT, 6.2.6.1). Same seed, same array; `start` is the number of the first point, so
-    that parts of a whole join without a seam. Raises SdfprtError for shapes that differ and for values that are not finite.
+    visibility out (Gentle Introduction to PRT, 6.2.6.1). `lattice`, from `lattice.build`, stands in for most evaluations of
+    the field: up to twice the rate where that is dear, and T changes by about 1e-3 (RMSE). Same seed, same array; `start` is
+    the number of the first point, so that parts of a whole join without a seam. Raises SdfprtError for shapes that differ and
+    for values that are not finite.
     """
     points, normals = np.asarray(points, np.float32), np.asarray(normals, np.float32)
     if points.shape != normals.shape or points.ndim != 2 or points.shape[1] != 3:
@@ -70,9 +74,10 @@ def compute_transfer(
     flat, whole = wp.array(dtype=float), wp.array(dtype=int)
     kernel = native.build(
         scene.native,
-        ("trace.h", "packets.h", "transfer.h"),
+        ("trace.h", "lattice.h", "packets.h", "transfer.h"),
         {
             "points": flat, "normals": flat, "out": flat, "box": flat, "norms": flat, "order": whole,
+            "corners": wp.array(dtype=wp.int16), "frame": flat,
             "bands": int, "rays": int, "seed": int, "start": int, "shadowed": int, "total": int,
             "offset": float, "near": float, "step": float, "steps": int,
         },
@@ -82,13 +87,15 @@ def compute_transfer(
     size = scene.diagonal
     limits = [settings.Trace.lift * size, settings.Trace.epsilon * size, scene.step]
     order = wp.array(_order(rays), dtype=int, device="cpu")
+    corners = wp.array(lattice.corners.ravel() if lattice else [], dtype=wp.int16, device="cpu")
+    frame = wp.array(lattice.frame if lattice else [0.0] * 8, dtype=float, device="cpu")
     with track("transfer", len(points)) as advance:
         for first in range(0, len(points), _CHUNK):
             part = slice(first, min(first + _CHUNK, len(points)))
             count = part.stop - first
             out = wp.empty(count * bands * bands, dtype=float, device="cpu")
             arrays = [wp.array(x[part].ravel(), dtype=float, device="cpu") for x in (points, normals)]
-            fixed = [out, box_array(scene), norms, order, bands, rays, seed, start + first, int(shadowed), count]
+            fixed = [out, box_array(scene), norms, order, corners, frame, bands, rays, seed, start + first, int(shadowed), count]
             native.launch(kernel, -(-count // GROUP), [*arrays, *fixed, *limits, settings.Trace.steps])
             result[part] = out.numpy().reshape(count, -1)
             advance(count)

@@ -150,9 +150,9 @@ def test_wrong_arguments_are_refused(scene: Scene):
             {"near": float, "step": float, "relaxation": float, "steps": int},
         ),
         (
-            ("trace.h", "packets.h", "transfer.h"),
-            "points normals out box norms",
-            {"order": wp.array(dtype=int)}
+            ("trace.h", "lattice.h", "packets.h", "transfer.h"),
+            "points normals out box norms frame",
+            {"order": wp.array(dtype=int), "corners": wp.array(dtype=wp.int16)}
             | dict.fromkeys(("bands", "rays", "seed", "start", "shadowed", "total"), int)
             | {"offset": float, "near": float, "step": float, "steps": int},
         ),

@@ -124,8 +124,8 @@ def measure(scene: Scene, points: int, rays: int, resolution: int, turns: int) -
     ways = directions(found.normals, rays).reshape(-1, 3)
     origins = np.repeat(trace.lifted(scene, found.points, found.normals), rays, 0).astype(np.float32)
     peer = embree(scene, resolution, origins, ways)
-    ways = [lambda by=by: compute_transfer(scene, found.points, found.normals, rays=rays, lattice=by) for by in (stand_in, None)]
-    ours, field, sorted_, shuffled = best((*ways, *peer), turns)
+    own = [lambda by=by: compute_transfer(scene, found.points, found.normals, rays=rays, lattice=by) for by in (stand_in, None)]
+    ours, field, sorted_, shuffled = best((*own, *peer), turns)
     million = points * rays / 1e6
     return {
         "scene": scene.name,

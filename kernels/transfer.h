@@ -16,10 +16,9 @@
         const float* p = points.data + 3 * (begin + g);
         const float* n = normals.data + 3 * (begin + g);
         for (int first = 0; first < 16; first += SDFPRT_LANES) {
-            F h = Simd::splat(offset);
-            for (int k = 0; k < SDFPRT_LANES; k++) Simd::set(h, k, offset + height[first + k]);
+            const F h = offset + Simd::fill(height + first);
             const F d = Scene::distance(p[0] + n[0] * h, p[1] + n[1] * h, p[2] + n[2] * h, Simd::ones()) * step;
-            for (int k = 0; k < SDFPRT_LANES; k++) radius[g][first + k] = Simd::lane(d, k);
+            Simd::spill(radius[g] + first, d);
         }
     }
 
@@ -45,8 +44,7 @@
 
             for (int first = 0; first < padded; first += SDFPRT_LANES) {
                 const int at = g * padded + first;
-                F number = Simd::splat(0.0f);
-                for (int k = 0; k < SDFPRT_LANES; k++) Simd::set(number, k, (float)order.data[batch + first + k] + 0.5f);
+                const F number = Simd::to_F(Simd::fill(order.data + batch + first)) + 0.5f;
                 const F u = Simd::fract(number * 0.7548776662f + shift_u);
                 const F v = Simd::fract(number * 0.5698402910f + shift_v);
                 const M used = Simd::lt(number, Simd::splat((float)rays));

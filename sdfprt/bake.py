@@ -89,15 +89,15 @@ def bake(
     # Samples, the last of them for validation, with more rays and by the field alone
     work = cache_folder() / "work"
     held = settings.Fit.held_out
+    parts = _Part(0, points, rays, True), _Part(points, points + held, settings.Fit.held_out_rays, False)
     key = _key(scene.hash, points, held, seed, resolution, asdict(settings.Surface()))
     traced = work / f"transfer-{_key(key, bands, rays, asdict(settings.Trace()), asdict(settings.Lattice()))}"
     with workers.connect(cluster) if cluster else nullcontext() as client:  # first, since it may not be there
         surface = _cached(work / f"surface-{key}.npz", lambda: _surface(scene, points + held, seed, resolution))
         if client is not None:
-            _ahead(client, scene, surface, slice(0, points), traced, bands, rays, seed, True)
-            _ahead(client, scene, surface, slice(points, points + held), traced, bands, settings.Fit.held_out_rays, seed, False)
-    train = _samples(scene, surface, slice(0, points), traced, bands, rays, seed, True)
-    validation = _samples(scene, surface, slice(points, points + held), traced, bands, settings.Fit.held_out_rays, seed, False)
+            for part in parts:
+                _ahead(client, scene, surface, part, traced, bands, seed)
+    train, validation = (_samples(scene, surface, part, traced, bands, seed) for part in parts)
 
     # Networks, from the smallest, until one is good enough
     curve, fitted, views = [], [], _views(scene, work, bands, seed) if target_psnr else []
@@ -120,6 +120,16 @@ def bake(
     asset.save(final)
     _trim(work)
     return asset
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Surface samples start … stop - 1, which are traced alike: `rays` a point, by the lattice if `rounded`."""
+
+    start: int
+    stop: int
+    rays: int
+    rounded: bool
 
 
 def _surface(scene: Scene, count: int, seed: int, resolution: int) -> Arrays:
@@ -170,25 +180,21 @@ def _view_psnr(net: TransferNet, views: list[_View]) -> float:
     return float(10 * np.log10(np.percentile(truth, 99.9) ** 2 / error))
 
 
-def _samples(
-    scene: Scene, surface: Arrays, part: slice, folder: Path, bands: int, rays: int, seed: int, rounded: bool
-) -> tuple[ndarray, ndarray, ndarray]:
-    """Points, normals and transfer (by the lattice if `rounded`) of a part of the surface, a file a chunk that joins the next."""
-    points, normals = surface["points"][part], surface["normals"][part]
+def _samples(scene: Scene, surface: Arrays, part: _Part, folder: Path, bands: int, seed: int) -> tuple[ndarray, ndarray, ndarray]:
+    """Points, normals and transfer of a part of the surface, a file a chunk; numbers run through, so chunks join."""
+    points, normals = (surface[name][part.start : part.stop] for name in ("points", "normals"))
     transfer = np.empty((len(points), bands * bands), np.float32)
     for first in range(0, len(points), _CHUNK):
         chunk = slice(first, first + _CHUNK)
 
         def trace(chunk: slice = chunk, start: int = part.start + first) -> Arrays:
-            return {"T": workers.transfer(scene, points[chunk], normals[chunk], bands, rays, seed, start, rounded)}
+            return {"T": workers.transfer(scene, points[chunk], normals[chunk], bands, part.rays, seed, start, part.rounded)}
 
         transfer[chunk] = _cached(folder / f"{part.start + first:08d}.npz", trace)["T"]
     return points, normals, transfer
 
 
-def _ahead(
-    client: Any, scene: Scene, surface: Arrays, part: slice, folder: Path, bands: int, rays: int, seed: int, rounded: bool
-) -> None:
+def _ahead(client: Any, scene: Scene, surface: Arrays, part: _Part, folder: Path, bands: int, seed: int) -> None:
     """The files that `_samples` looks for, by the workers of a cluster: a file's points in tasks of workers.POINTS at most."""
     tasks: list[tuple[Path, slice]] = []
     left: dict[Path, int] = {}
@@ -201,7 +207,8 @@ def _ahead(
     done: dict[Path, dict[int, ndarray]] = {path: {} for path in left}
     _ = scene.native  # translated once, here
     arguments = (
-        (scene, surface["points"][cut], surface["normals"][cut], bands, rays, seed, cut.start, rounded) for _, cut in tasks
+        (scene, surface["points"][cut], surface["normals"][cut], bands, part.rays, seed, cut.start, part.rounded)
+        for _, cut in tasks
     )
     with track("transfer", len(tasks)) as advance:
         for number, values in workers.each(client, workers.transfer, arguments):

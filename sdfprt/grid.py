@@ -21,7 +21,6 @@ from sdfprt.settings import GridFit
 
 _NAME = "distanceGrid"
 _MAX = 512  # samples a side
-_CHUNK = 1 << 18  # points evaluated at once
 
 _GLSL = """// Distance grid of {nx} x {ny} x {nz} samples, by sdfprt grid-fit
 uniform sampler3D distanceGrid;
@@ -88,12 +87,7 @@ def from_distance(
     cell = float(size.max()) / (resolution - 1)
     counts = np.maximum(np.ceil(size / cell - 1e-6).astype(int) + 1, 4)
     first = low - ((counts - 1) * cell - size) / 2
-    axes = [first[k] + cell * np.arange(counts[k]) for k in range(3)]
-    values = np.empty(counts[::-1], np.float32)
-    layers = max(_CHUNK // int(counts[0] * counts[1]), 1)
-    for z in range(0, counts[2], layers):
-        part = np.stack(np.meshgrid(axes[2][z : z + layers], axes[1], axes[0], indexing="ij")[::-1], -1)
-        values[z : z + layers] = distance(part.reshape(-1, 3).astype(np.float32)).reshape(part.shape[:3])
+    values = field.samples(distance, first, cell, counts)
     bad = int((~np.isfinite(values)).sum())
     if bad:
         raise SdfprtError(f"{name}: the distance is not finite at {bad} of {values.size} samples")

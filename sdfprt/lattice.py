@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Int16
 from numpy import ndarray
 
-from sdfprt import settings
+from sdfprt import field, settings
 from sdfprt.scene import Scene
 
 _KEEP = 4  # lattices in memory
@@ -36,6 +36,9 @@ class Lattice:
         return [*map(float, self.corners.shape[::-1]), *self.origin, self.cell, self.unit]
 
 
+NO_LATTICE = Lattice(np.zeros((0, 0, 0), np.int16), (0.0, 0.0, 0.0), 0.0, 0.0)  # the field alone
+
+
 def build(scene: Scene, cells: int = settings.Lattice.cells) -> Lattice:
     """The lattice of a scene, `cells` along the longest side of its bounds; the last few are kept for the next call."""
     key = scene.hash, cells
@@ -54,13 +57,7 @@ def _sample(scene: Scene, cells: int) -> Lattice:
     cell = float((high - low).max()) / cells
     counts = np.ceil((high - low) / cell).astype(int) + 2 * _MARGIN + 1
     origin = low - _MARGIN * cell
-    axes = [origin[axis] + cell * np.arange(counts[axis]) for axis in range(3)]
-    values = np.empty(counts[::-1], np.float32)
-    for k, z in enumerate(axes[2]):
-        y, x = np.meshgrid(axes[1], axes[0], indexing="ij")
-        at = np.stack([x, y, np.full_like(x, z)], axis=-1).reshape(-1, 3).astype(np.float32)
-        values[k] = (scene.distance(at) * scene.step).reshape(x.shape)
-
+    values = field.samples(scene.distance, origin, cell, counts) * scene.step
     unit = 0.5 * scene.diagonal / 32767
     corners = 2 * np.round(_clipped(values, unit) / (2 * unit)).astype(np.int16)
     corners[:-1, :-1, :-1] |= _rough(scene, corners, origin, cell, unit)

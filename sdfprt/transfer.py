@@ -10,7 +10,7 @@ from numpy import ndarray
 
 from sdfprt import native, settings, sh
 from sdfprt.errors import SdfprtError
-from sdfprt.lattice import Lattice
+from sdfprt.lattice import NO_LATTICE, Lattice
 from sdfprt.progress import track
 from sdfprt.scene import Scene
 from sdfprt.trace import box_array
@@ -87,8 +87,9 @@ def compute_transfer(
     size = scene.diagonal
     limits = [settings.Trace.lift * size, settings.Trace.epsilon * size, scene.step]
     order = wp.array(_order(rays), dtype=int, device="cpu")
-    corners = wp.array(lattice.corners.ravel() if lattice else [], dtype=wp.int16, device="cpu")
-    frame = wp.array(lattice.frame if lattice else [0.0] * 8, dtype=float, device="cpu")
+    by = lattice or NO_LATTICE
+    corners = wp.array(by.corners.ravel(), dtype=wp.int16, device="cpu")
+    frame = wp.array(by.frame, dtype=float, device="cpu")
     with track("transfer", len(points)) as advance:
         for first in range(0, len(points), _CHUNK):
             part = slice(first, min(first + _CHUNK, len(points)))

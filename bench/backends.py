@@ -9,7 +9,6 @@ warp are compared with the shader's over the samples that both hit. Writes backe
 import argparse
 import json
 import os
-import platform
 import subprocess
 import sys
 import tempfile
@@ -21,7 +20,7 @@ os.environ["MESA_SHADER_CACHE_DISABLE"] = "true"
 
 import numpy as np
 
-from sdfprt import backends, metrics, settings, torch_render
+from sdfprt import backends, bench, metrics, settings, torch_render
 from sdfprt.errors import SdfprtError
 from sdfprt.light import Light
 from sdfprt.material import parse
@@ -34,6 +33,9 @@ PAPER = {  # PLANTS, glossy, RTX 3090, frames a second: GLSL, CUDA
     256: ("-", "20.7"),
     512: ("-", "8.0"),
 }
+
+
+EQUALS = ("torch", "warp")  # compared with the shader
 
 
 def random_net(width: int, layers: int) -> TransferNet:
@@ -85,39 +87,29 @@ def cell(result: dict) -> str:
     return result["reason"] if "reason" in result else f"{result['FPS']:.3g} (first frame {result['first frame, s']:.1f} s)"
 
 
-def table(rows: list[dict], setting: str) -> str:
-    head = ["k", *backends.NAMES, "torch = GLSL, dB", "warp = GLSL, dB", "paper, GLSL", "paper, CUDA"]
-    lines = [f"# Back ends\n\nFrames a second. {setting}. `sdfprt bench backends`\n"]
-    lines += ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
-    for row in rows:
-        found = (row[name].get("equal to glsl, dB") for name in ("torch", "warp"))
-        equals = ["" if value is None else f"{value:.1f}" for value in found]
-        cells = [str(row["k"]), *(cell(row[name]) for name in backends.NAMES), *equals, *PAPER.get(row["k"], ("", ""))]
-        lines.append("| " + " | ".join(cells) + " |")
-    return "\n".join(lines) + "\n"
+def line_of(row: dict) -> dict[str, str | int]:
+    """A row of the page."""
+    equals = {f"{name} = GLSL, dB": f"{row[name]['equal to glsl, dB']:.1f}" for name in EQUALS if "equal to glsl, dB" in row[name]}
+    paper = dict(zip(("paper, GLSL", "paper, CUDA"), PAPER.get(row["k"], ("", "")), strict=True))
+    return {"k": row["k"], **{name: cell(row[name]) for name in backends.NAMES}, **paper, **equals}
 
 
 def plot(rows: list[dict], path: Path) -> None:
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    figure, axes = pyplot.subplots(figsize=(6, 4), layout="constrained")
-    for name in backends.NAMES:
-        shown = [(row["k"], row[name]["FPS"]) for row in rows if "FPS" in row[name]]
-        if shown:
-            axes.loglog(*zip(*shown, strict=True), "o-", label=name)
-    axes.set_xticks([row["k"] for row in rows], [str(row["k"]) for row in rows])
-    axes.minorticks_off()
-    axes.set_xlabel("neurons a layer")
-    axes.set_ylabel("frames a second")
-    axes.legend()
-    figure.savefig(path, dpi=110)
+    with bench.plot(path, (6, 4)) as (_, grid):
+        axes = grid[0, 0]
+        for name in backends.NAMES:
+            shown = [(row["k"], row[name]["FPS"]) for row in rows if "FPS" in row[name]]
+            if shown:
+                axes.loglog(*zip(*shown, strict=True), "o-", label=name)
+        axes.set_xticks([row["k"] for row in rows], [str(row["k"]) for row in rows])
+        axes.minorticks_off()
+        axes.set_xlabel("neurons a layer")
+        axes.set_ylabel("frames a second")
+        axes.legend()
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = bench.parser("backends", __doc__)
     parser.add_argument("--scene", default="mike_monster")
     parser.add_argument("--material", default="phong:32")
     parser.add_argument("--widths", nargs="+", type=int, default=list(PAPER))
@@ -125,7 +117,6 @@ def main() -> None:
     parser.add_argument("--size", type=int, default=512)
     parser.add_argument("--turns", type=int, default=3)
     parser.add_argument("--limit", type=float, default=300.0, help="seconds for each width and back end")
-    parser.add_argument("-o", "--output", type=Path, default=Path("out/backends"), help="folder")
     parser.add_argument("--one", choices=backends.NAMES, help=argparse.SUPPRESS)
     parser.add_argument("--picture", type=Path, help=argparse.SUPPRESS)
     args = parser.parse_args()
@@ -134,23 +125,21 @@ def main() -> None:
     if args.one:
         one(args)
         return
-    args.output.mkdir(parents=True, exist_ok=True)
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         for width in args.widths:
             pictures = {name: Path(folder) / f"{name}-{width}.npz" for name in backends.NAMES}
             row = {"k": width, **{name: run(args, width, name, pictures[name]) for name in backends.NAMES}}
-            for name in ("torch", "warp"):
+            for name in EQUALS:
                 if (value := equal(pictures[name], pictures["glsl"])) is not None:
                     row[name]["equal to glsl, dB"] = value
             rows.append(row)
             print(json.dumps(row), flush=True)
     driver = backends.context().info["GL_RENDERER"] if backends.has_opengl() else "no OpenGL"
     scene = f"{args.scene} {args.material}, l={args.layers}, {args.size}x{args.size}"
-    setting = f"{scene}, {driver}, torch on {torch_render.device()}, {os.cpu_count()} cores, {platform.machine()}"
-    text = table(rows, setting)
-    (args.output / "backends.md").write_text(text)
-    (args.output / "backends.json").write_text(json.dumps({"setting": setting, "rows": rows}, indent=2))
+    line = bench.setting(scene, driver, f"torch on {torch_render.device()}")
+    body = "Frames a second.\n\n" + bench.table([line_of(row) for row in rows])
+    text = bench.save(args.output, "backends", "Back ends", line, body, {"rows": rows})
     plot(rows, args.output / "backends.png")
     print(text)
 

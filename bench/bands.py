@@ -6,9 +6,6 @@ numpy, light's matrix included, and that of casting and projecting the transfer,
 Writes bands.md, bands.json and bands.png.
 """
 
-import argparse
-import json
-import os
 import time
 from collections import defaultdict
 from collections.abc import Callable
@@ -16,12 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
-from sdfprt import exact, image, report, scene
+from sdfprt import bench, exact, report, scene
 from sdfprt.light import Light
 from sdfprt.material import Diffuse, Material, Phong
 from sdfprt.reference import reference_image
 
 STEPS = (4, 5, 6, 8)
+TITLE = "Bands of transfer, light and result"
 
 
 def combinations() -> list[tuple[int, int, int]]:
@@ -51,11 +49,11 @@ def measure(which: scene.Scene, light: Light, material: Material, size: int, ray
                 "material": report.name(material),
                 "light": light.name,
                 "bands": f"{transfer}/{of_light}/{result}",
-                "psnr": found["psnr"],
-                "flip": found["flip"],
-                "reference_noise": -20 * np.log10(max(noise, 1e-12)),
-                "shade_ms": 1e3 * _seconds(lambda b=(of_light, result), c=cut: c.shade(light, material, *b)),
-                "casting": casting[transfer] / casting[min(STEPS)],
+                "PSNR": found["psnr"],
+                "FLIP": found["flip"],
+                "noise of the reference": float(-20 * np.log10(max(noise, 1e-12))),
+                "shading, ms": 1e3 * _seconds(lambda b=(of_light, result), c=cut: c.shade(light, material, *b)),
+                "casting, of 4": casting[transfer] / casting[min(STEPS)],
             }
         )
     return rows
@@ -71,79 +69,71 @@ def _seconds(work: Callable[[], object]) -> float:
     return min(spent)
 
 
-def _markdown(rows: list[dict], line: str) -> str:
+def _tables(rows: list[dict]) -> str:
     """Means over scenes and lights, then every row."""
     groups = defaultdict(list)
     for row in rows:
         groups[row["material"], row["bands"]].append(row)
-    lines = ["| material | transfer/light/result | PSNR | gain | shading, of 4/4/4 | casting, of 4 |", "|---" * 6 + "|"]
+    means = []
     for (material, bands), found in groups.items():
         base = groups[material, "4/4/4"]
-        psnr, first = (np.mean([r["psnr"] for r in g]) for g in (found, base))
-        cost = np.mean([r["shade_ms"] for r in found]) / np.mean([r["shade_ms"] for r in base])
-        casting = np.mean([r["casting"] for r in found])
-        lines.append(f"| {material} | {bands} | {psnr:.1f} | {psnr - first:+.1f} | {cost:.1f}x | {casting:.1f}x |")
-    lines += ["", "| scene | light | material | bands | PSNR | FLIP | noise of the reference | shading, ms |", "|---" * 8 + "|"]
-    for r in rows:
-        lines.append(
-            f"| {r['scene']} | {r['light']} | {r['material']} | {r['bands']} | {r['psnr']:.1f} | {r['flip']:.4f} "
-            f"| {r['reference_noise']:.1f} | {r['shade_ms']:.1f} |"
+        psnr, first = (float(np.mean([r["PSNR"] for r in g])) for g in (found, base))
+        cost = float(np.mean([r["shading, ms"] for r in found]) / np.mean([r["shading, ms"] for r in base]))
+        means.append(
+            {
+                "material": material,
+                "transfer/light/result": bands,
+                "PSNR": psnr,
+                "gain": psnr - first,
+                "shading, of 4/4/4": cost,
+                "casting, of 4": float(np.mean([r["casting, of 4"] for r in found])),
+            }
         )
-    return f"# Bands of transfer, light and result\n\n{line}\n\n" + "\n".join(lines) + "\n"
+    digits = {"PSNR": ".1f", "gain": "+.1f", "FLIP": ".4f", "noise of the reference": ".1f", "shading, ms": ".1f"}
+    digits |= dict.fromkeys(("shading, of 4/4/4", "casting, of 4"), ".1f")
+    return f"{bench.table(means, digits)}\n\n{bench.table(rows, digits)}"
 
 
 def _plot(rows: list[dict], path: Path) -> None:
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
     materials = list(dict.fromkeys(r["material"] for r in rows))
-    figure, axes = pyplot.subplots(1, len(materials), figsize=(5 * len(materials), 4), layout="constrained", squeeze=False)
-    for axis, material in zip(axes[0], materials, strict=True):
-        own = [r for r in rows if r["material"] == material]
-        for label in dict.fromkeys((r["scene"], r["light"]) for r in own):
-            some = {r["bands"]: r["psnr"] for r in own if (r["scene"], r["light"]) == label}
-            axis.plot(STEPS, [some[f"{n}/{n}/{n}"] for n in STEPS], "o-", label=", ".join(label))
-        if material != "diffuse":
-            for which, (name, mark) in enumerate((("transfer", "v"), ("light", "s"), ("result", "^"))):
-                values = [
-                    np.mean([r["psnr"] for r in own if r["bands"] == "/".join(str(n if k == which else 4) for k in range(3))])
-                    for n in STEPS
-                ]
-                axis.plot(STEPS, values, mark + ":k", label=f"{name} alone, the others 4 (mean)")
-            values = [np.mean([r["psnr"] for r in own if r["bands"] == f"4/{n}/{n}"]) for n in STEPS]
-            axis.plot(STEPS, values, "x--k", label="light and result, transfer 4 (mean)")
-        axis.set(title=material, xlabel="bands", ylabel="PSNR against the reference, dB", xticks=STEPS)
-        axis.legend(fontsize=7)
-    with image.atomic_write(path) as temporary:
-        figure.savefig(temporary, dpi=120)
-    pyplot.close(figure)
+    with bench.plot(path, (5 * len(materials), 4), columns=len(materials)) as (_, axes):
+        for axis, material in zip(axes[0], materials, strict=True):
+            own = [r for r in rows if r["material"] == material]
+            for label in dict.fromkeys((r["scene"], r["light"]) for r in own):
+                some = {r["bands"]: r["PSNR"] for r in own if (r["scene"], r["light"]) == label}
+                axis.plot(STEPS, [some[f"{n}/{n}/{n}"] for n in STEPS], "o-", label=", ".join(label))
+            if material != "diffuse":
+                for which, (name, mark) in enumerate((("transfer", "v"), ("light", "s"), ("result", "^"))):
+                    values = [
+                        np.mean([r["PSNR"] for r in own if r["bands"] == "/".join(str(n if k == which else 4) for k in range(3))])
+                        for n in STEPS
+                    ]
+                    axis.plot(STEPS, values, mark + ":k", label=f"{name} alone, the others 4 (mean)")
+                values = [np.mean([r["PSNR"] for r in own if r["bands"] == f"4/{n}/{n}"]) for n in STEPS]
+                axis.plot(STEPS, values, "x--k", label="light and result, transfer 4 (mean)")
+            axis.set(title=material, xlabel="bands", ylabel="PSNR against the reference, dB", xticks=STEPS)
+            axis.legend(fontsize=7)
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = bench.parser("bands", __doc__)
     parser.add_argument("--scenes", nargs="+", default=["old_car", "mike_monster", "fish", "rabbit"])
     parser.add_argument("--lights", nargs="+", default=["sky_afternoon", "studio"])
     parser.add_argument("--exponent", type=float, default=16.0)
     parser.add_argument("--size", type=int, default=128)
     parser.add_argument("--rays", type=int, default=4096)
     parser.add_argument("--spp", type=int, default=512)
-    parser.add_argument("-o", "--output", type=Path, default=Path("out/bands"), help="folder")
     args = parser.parse_args()
-    args.output.mkdir(parents=True, exist_ok=True)
-    rows = []
-    line = f"{args.size}x{args.size}, {args.rays} rays a pixel, reference with {args.spp} paths, {os.cpu_count()} cores. "
-    line += "`sdfprt bench bands`"
+    rows, text = [], ""
+    line = bench.setting(f"{args.size}x{args.size}", f"{args.rays} rays a pixel", f"reference with {args.spp} paths")
     for source in args.scenes:
         which = scene.Scene.load(source)
         for light in map(Light.load, args.lights):
             for material in (Diffuse(), Phong(args.exponent)):
                 rows += measure(which, light, material, args.size, args.rays, args.spp)
-                (args.output / "bands.md").write_text(_markdown(rows, line))
-                (args.output / "bands.json").write_text(json.dumps({"setting": line, "rows": rows}, indent=2))
+                text = bench.save(args.output, "bands", TITLE, line, _tables(rows), {"rows": rows})
     _plot(rows, args.output / "bands.png")
-    print((args.output / "bands.md").read_text())
+    print(text)
 
 
 if __name__ == "__main__":

@@ -2,19 +2,15 @@
 
 Same network, same samples, same held-out points, one thread each. The paper leaves the learning rate open: torch's
 default, 1e-3. Ours runs with ever more steps until its error is no larger; its time includes the validation. Writes
-fit.md and fit.json. The paper's own setting takes long: --points 1000000 --epochs 200.
+fit.md, fit.json and fit.png. The paper's own setting takes long: --points 1000000 --epochs 200.
 """
 
-import argparse
-import json
-import platform
 import time
-from pathlib import Path
 
 import numpy as np
 import torch
 
-from sdfprt import settings
+from sdfprt import bench, settings
 from sdfprt.fit import fit_transfer, measure
 from sdfprt.network import TransferNet, encode
 from sdfprt.scene import Scene
@@ -67,42 +63,40 @@ def _samples(scene: Scene, points: int, rays: int, held: int) -> tuple[Samples, 
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = bench.parser("fit", __doc__)
     parser.add_argument("--scene", default="old_car")
     parser.add_argument("--points", type=int, default=settings.Surface.points)
     parser.add_argument("--rays", type=int, default=settings.Transfer.rays)
     parser.add_argument("--epochs", type=int, default=200)
     parser.add_argument("--width", type=int, default=settings.Network.width)
     parser.add_argument("--steps", type=int, nargs="+", default=[250, 500, 1000, 2000, 4000, 8000], help="what ours tries")
-    parser.add_argument("-o", "--output", type=Path, default=Path("out/fit"), help="folder")
     args = parser.parse_args()
-    args.output.mkdir(parents=True, exist_ok=True)
     torch.set_num_threads(1)
 
     scene = Scene.load(args.scene)
     train, held = _samples(scene, args.points, args.rays, 4096)
     ours(train, held, scene, args.width, 50)  # warm
     goal, slow = paper(train, held, scene, args.width, args.epochs)
-    rows = [{"recipe": f"paper, {args.epochs} epochs", "rmse": goal, "seconds": slow}]
+    rows = [{"recipe": f"paper, {args.epochs} epochs", "RMSE": goal, "seconds": slow, "paper's time / this": 1.0}]
     for steps in args.steps:
         error, seconds = ours(train, held, scene, args.width, steps)
-        rows.append({"recipe": f"ours, {steps} steps", "rmse": error, "seconds": seconds})
+        rows.append({"recipe": f"ours, {steps} steps", "RMSE": error, "seconds": seconds, "paper's time / this": slow / seconds})
         if error <= goal:
             break
 
-    reached = rows[-1]["rmse"] <= goal
+    reached = rows[-1]["RMSE"] <= goal
     ratio = f"{slow / rows[-1]['seconds']:.1f}x sooner" if reached else "not reached: give --steps more"
-    setting = f"{scene.name}, k={args.width}, {args.points} points of {args.rays} rays, one thread, {platform.machine()}"
-    lines = [
-        f"{ratio}: equal validation error of T ({setting})",
-        "",
-        "| recipe | RMSE | seconds | paper's time / this |",
-    ]
-    lines += ["| --- | --- | --- | --- |"]
-    lines += [f"| {r['recipe']} | {r['rmse']:.4f} | {r['seconds']:.1f} | {slow / r['seconds']:.1f} |" for r in rows]
-    (args.output / "fit.md").write_text("\n".join(lines) + "\n")
-    (args.output / "fit.json").write_text(json.dumps({"setting": setting, "reached": reached, "rows": rows}, indent=2))
-    print("\n".join(lines))
+    setting = bench.setting(scene.name, f"k={args.width}", f"{args.points} points of {args.rays} rays", "one thread")
+    verdict = f"{ratio}: equal validation error of T."
+    text = bench.save(args.output, "fit", "Fit", setting, f"{verdict}\n\n{bench.table(rows)}", {"reached": reached, "rows": rows})
+    with bench.plot(args.output / "fit.png", (6, 4)) as (_, axes):
+        axis = axes[0, 0]
+        axis.axhline(goal, color="k", linestyle=":", linewidth=1)
+        axis.loglog(slow, goal, "ks", label=rows[0]["recipe"])
+        axis.loglog([r["seconds"] for r in rows[1:]], [r["RMSE"] for r in rows[1:]], "o-", label="ours, more steps each time")
+        axis.set(xlabel="seconds, one thread", ylabel="validation RMSE of T")
+        axis.legend()
+    print(text)
 
 
 if __name__ == "__main__":

@@ -6,12 +6,9 @@ what missed is blackened at the end. Both are timed in turns, the best of each. 
 product. The first frame holds the compilation, with Mesa's shader cache off. Writes fps.md, fps.json and fps.png.
 """
 
-import argparse
 import importlib
 import json
 import os
-import platform
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -20,8 +17,8 @@ os.environ["MESA_SHADER_CACHE_DISABLE"] = "true"
 import moderngl
 import numpy as np
 
+from sdfprt import bench, shader
 from sdfprt import light as lights
-from sdfprt import shader
 from sdfprt.asset import Asset
 from sdfprt.bake import bake
 from sdfprt.glsl.text import blocks, fours, number, vector
@@ -30,11 +27,11 @@ from sdfprt.network import TransferNet
 from sdfprt.scene import Scene
 
 render = importlib.import_module("sdfprt.render")  # sdfprt.render is the function
-PAPER = {  # RTX 3090, 1024x1024, k64 and k128: diffuse / glossy
-    "old_car": "255/207, 73/39",
-    "mike_monster": "294/174, 61/24",
-    "fish": "320/232, 77/50",
-    "rabbit": "310/206, 73/38",
+PAPER = {  # RTX 3090, 1024x1024: width -> diffuse, glossy
+    "old_car": {64: (255, 207), 128: (73, 39)},
+    "mike_monster": {64: (294, 174), 128: (61, 24)},
+    "fish": {64: (320, 232), 128: (77, 50)},
+    "rabbit": {64: (310, 206), 128: (73, 38)},
 }
 MARCH = """
 uniform vec3 boundsLow, boundsHigh;
@@ -134,21 +131,6 @@ def literal(scene: Scene, net: TransferNet, light: lights.Light, material: Mater
     return draw
 
 
-def best(runs: list[Callable], turns: int) -> tuple[list[float], list[float], list]:
-    """Seconds of the first call of each and the least of the later ones, in turns; and what they last returned."""
-    first, later, results = [], np.full((turns, len(runs)), np.inf), [None] * len(runs)
-    for run in runs:
-        start = time.perf_counter()
-        run()
-        first.append(time.perf_counter() - start)
-    for turn in range(turns):
-        for k, run in enumerate(runs):
-            start = time.perf_counter()
-            results[k] = run()
-            later[turn, k] = time.perf_counter() - start
-    return first, [float(v) for v in later.min(axis=0)], results
-
-
 def measure(name: str, width: int, material: Material, size: tuple[int, int], turns: int, with_literal: bool) -> dict:
     scene = Scene.load(name)
     asset: Asset = bake(scene, width=width)
@@ -158,7 +140,7 @@ def measure(name: str, width: int, material: Material, size: tuple[int, int], tu
     runs.append(lambda: render.frame(scene, asset, light, material, size=size, fixed_light=False))
     if with_literal:
         runs.append(literal(scene, asset.net, light, material, size))
-    first, later, results = best(runs, turns)
+    first, later, results = bench.in_turns(runs, turns)
     row = {
         "scene": scene.name,
         "k": width,
@@ -166,7 +148,7 @@ def measure(name: str, width: int, material: Material, size: tuple[int, int], tu
         "FPS": 1 / later[0],
         "FPS, TP": 1 / later[1],
         "first frame, s": first[0],
-        "paper, FPS": PAPER.get(scene.name, ""),
+        "paper, FPS": PAPER.get(scene.name, {}).get(width, (None, None))[not isinstance(material, Diffuse)],
     }
     if with_literal:
         ours, theirs = results[0], results[2]
@@ -183,33 +165,24 @@ def measure(name: str, width: int, material: Material, size: tuple[int, int], tu
 
 
 def _plot(rows: list[dict], path: Path) -> None:
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    figure, axes = pyplot.subplots(figsize=(8, 1 + 0.3 * len(rows)), layout="constrained")
-    names = [f"{row['scene']} k={row['k']} {row['material']}" for row in rows]
-    places = np.arange(len(rows))
-    for offset, key in ((-0.25, "FPS"), (0.0, "FPS, TP"), (0.25, "FPS, literal")):
-        axes.barh(places + offset, [row.get(key, 0.0) for row in rows], 0.22, label=key)
-    axes.set_yticks(places, names)
-    axes.invert_yaxis()
-    axes.set_xlabel("frames a second")
-    axes.legend()
-    figure.savefig(path, dpi=110)
+    with bench.plot(path, (8, 1 + 0.3 * len(rows))) as (_, grid):
+        axes, places = grid[0, 0], np.arange(len(rows))
+        for offset, key in ((-0.25, "FPS"), (0.0, "FPS, TP"), (0.25, "FPS, literal")):
+            axes.barh(places + offset, [row.get(key, 0.0) for row in rows], 0.22, label=key)
+        axes.set_yticks(places, [f"{row['scene']} k={row['k']} {row['material']}" for row in rows])
+        axes.invert_yaxis()
+        axes.set_xlabel("frames a second")
+        axes.legend()
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = bench.parser("fps", __doc__)
     parser.add_argument("--scenes", nargs="+", default=list(PAPER))
     parser.add_argument("--widths", nargs="+", type=int, default=[64, 128])
     parser.add_argument("--size", type=int, default=512)
     parser.add_argument("--turns", type=int, default=3)
     parser.add_argument("--literal-to", type=int, default=64, help="widest network that is also drawn by the literal shader")
-    parser.add_argument("-o", "--output", type=Path, default=Path("out/fps"), help="folder")
     args = parser.parse_args()
-    args.output.mkdir(parents=True, exist_ok=True)
     rows = []
     for name in args.scenes:
         for width in args.widths:
@@ -217,20 +190,13 @@ def main() -> None:
                 rows.append(measure(name, width, material, (args.size,) * 2, args.turns, width <= args.literal_to))
                 print(json.dumps(rows[-1]), flush=True)
     ratios = [row["ratio"] for row in rows if "ratio" in row]
-    keys = list(dict.fromkeys(key for key in ("scene", "k", "material", "ratio") if any(key in row for row in rows)))
-    keys += [key for key in dict.fromkeys(key for row in rows for key in row) if key not in keys]
-    setting = f"{args.size}x{args.size}, {render.context().info['GL_RENDERER']}, {os.cpu_count()} cores, {platform.machine()}"
-    lines = [f"# Frames a second\n\n{setting}. `sdfprt bench fps`\n"]
-    if ratios:
-        lines.append(f"Ratio to the literal shader: median {np.median(ratios):.2f}, least {min(ratios):.2f}.\n")
-    lines += ["| " + " | ".join(keys) + " |", "|---" * len(keys) + "|"]
-    for row in rows:
-        cells = (f"{v:.3g}" if isinstance(v, float) else str(v) for v in (row.get(key, "") for key in keys))
-        lines.append("| " + " | ".join(cells) + " |")
-    (args.output / "fps.md").write_text("\n".join(lines) + "\n")
-    (args.output / "fps.json").write_text(json.dumps({"setting": setting, "rows": rows}, indent=2))
+    first = ("scene", "k", "material", "ratio")
+    ordered = [{key: row[key] for key in (*(k for k in first if k in row), *(k for k in row if k not in first))} for row in rows]
+    line = bench.setting(f"{args.size}x{args.size}", render.context().info["GL_RENDERER"])
+    verdict = f"Ratio to the literal shader: median {np.median(ratios):.2f}, least {min(ratios):.2f}.\n\n" if ratios else ""
+    text = bench.save(args.output, "fps", "Frames a second", line, verdict + bench.table(ordered), {"rows": rows})
     _plot(rows, args.output / "fps.png")
-    print("\n".join(lines))
+    print(text)
 
 
 if __name__ == "__main__":

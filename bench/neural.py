@@ -8,7 +8,6 @@ bunny of the npm package `bunny`, fetched by `npm pack`, smoothed by two steps o
 
 import argparse
 import json
-import platform
 import re
 import subprocess
 import tarfile
@@ -20,7 +19,7 @@ from typing import no_type_check
 import numpy as np
 import warp as wp
 
-from sdfprt import exact, fidelity, grid, image, metrics, report
+from sdfprt import bench, exact, fidelity, grid, image, metrics, report
 from sdfprt import mesh as meshes
 from sdfprt.bake import bake
 from sdfprt.camera import Camera
@@ -155,40 +154,46 @@ def measure(rows: list[dict], args: argparse.Namespace, camera: Camera) -> list[
                 error = metrics.compare(drawn.rgb, truth, mask=hit, peak=report.peak_of(truth, view.mask))
                 cases.append(
                     {"surface": row["surface"], "transfer": width, "material": report.name(material), "psnr": error["psnr"]}
-                    | {"seconds": np.inf, "call": (scene, asset, light, material, camera, size)}
+                    | {"call": (scene, asset, light, material, camera, size)}
                 )
-                print({k: v for k, v in cases[-1].items() if k not in ("call", "seconds")}, flush=True)
-    for _ in range(args.turns):
-        for case in cases:
-            start = time.perf_counter()
-            frame(*case["call"])
-            case["seconds"] = min(case["seconds"], time.perf_counter() - start)
-    for case in cases:
-        del case["call"]
-        case["fps"] = 1 / case.pop("seconds")
+                print({k: v for k, v in cases[-1].items() if k != "call"}, flush=True)
+    calls = [case.pop("call") for case in cases]
+    _, seconds, _ = bench.in_turns([lambda call=call: frame(*call) for call in calls], args.turns)
+    for case, least in zip(cases, seconds, strict=True):
+        case["fps"] = 1 / least
         figures = PAPER.get((case["surface"], case["transfer"]))
         case["paper_fps"] = None if figures is None else figures[case["material"] != "diffuse"]
     return cases
 
 
-def markdown(rows: list[dict], cases: list[dict], line: str) -> str:
-    text = [f"# Neural SDF under learnt transfer\n\n{line}\n"]
-    text += ["| surface | KB | fit, s | first frame, s | step | on surface | near | Chamfer | IoU |", "|---" * 9 + "|"]
-    for r in rows:
-        text.append(
-            f"| {r['surface']} | {r['kilobytes']:.0f} | {r['fit_seconds']:.0f} | {r['first_frame_seconds']:.1f} | {r['step']:.2f} "
-            f"| {r['on_surface']:.3%} | {r['near']:.3%} | {r['chamfer']:.3%} | {r['iou']:.4f} |"
-        )
-    text += ["\nErrors are of the mesh's diagonal; a fit of an earlier run takes no time.\n"]
-    text += ["| surface | transfer | material | FPS | paper's FPS | PSNR |", "|---" * 6 + "|"]
-    for c in cases:
-        paper = "" if c["paper_fps"] is None else f"{c['paper_fps']:g}"
-        text.append(f"| {c['surface']} | k={c['transfer']} | {c['material']} | {c['fps']:.2f} | {paper} | {c['psnr']:.1f} |")
-    return "\n".join([*text, "\nThe paper: RTX 3090, 1024x1024 (learnt transfer, table 3); it gives no error.\n"])
+def body(rows: list[dict], cases: list[dict]) -> str:
+    names = {
+        "surface": "surface",
+        "kilobytes": "KB",
+        "fit_seconds": "fit, s",
+        "first_frame_seconds": "first frame, s",
+        "step": "step",
+    }
+    names |= {"on_surface": "on surface", "near": "near", "chamfer": "Chamfer", "iou": "IoU"}
+    digits = {"KB": ".0f", "fit, s": ".0f", "first frame, s": ".1f", "step": ".2f", "IoU": ".4f", "PSNR": ".1f", "FPS": ".2f"}
+    digits |= dict.fromkeys(("on surface", "near", "Chamfer"), ".3%") | {"paper's FPS": "g"}
+    surfaces = bench.table([{name: row[key] for key, name in names.items()} for row in rows], digits)
+    names = {
+        "surface": "surface",
+        "transfer": "k",
+        "material": "material",
+        "fps": "FPS",
+        "paper_fps": "paper's FPS",
+        "psnr": "PSNR",
+    }
+    pictures = bench.table([{name: case[key] for key, name in names.items()} for case in cases], digits)
+    errors = "Errors are of the mesh's diagonal; a fit of an earlier run takes no time."
+    paper = "The paper: RTX 3090, 1024x1024 (learnt transfer, table 3); it gives no error."
+    return f"{surfaces}\n\n{errors}\n\n{pictures}\n\n{paper}"
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = bench.parser("neural", __doc__)
     parser.add_argument("--mesh", type=Path, help="another mesh")
     parser.add_argument("--write-mesh", type=Path, help="write the bunny here, and that is all")
     parser.add_argument("--surface", nargs="*", default=["32x2", "64x2", "64x4"], help="width x layers of the neural SDFs")
@@ -199,7 +204,6 @@ def main() -> None:
     parser.add_argument("--rays", type=int, default=1024, help="a pixel of exact transfer")
     parser.add_argument("--turns", type=int, default=3)
     parser.add_argument("--preview", action="store_true", help="rough transfer networks")
-    parser.add_argument("-o", "--output", type=Path, default=Path("out/neural"), help="folder")
     args = parser.parse_args()
     mesh = meshes.load(args.mesh) if args.mesh else bunny()
     if args.write_mesh:
@@ -208,24 +212,22 @@ def main() -> None:
         trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).export(args.write_mesh)
         print(args.write_mesh)
         return
-    args.output.mkdir(parents=True, exist_ok=True)
     away = Camera.framing(mesh.bounds)
     turned = np.asarray(away.target) + (np.asarray(away.eye) - away.target) * (-0.5, 0.6, 0.9)
     camera = Camera(eye=tuple(turned.tolist()), target=away.target)
 
+    args.output.mkdir(parents=True, exist_ok=True)
     rows = surfaces(mesh, args.surface, args.grid, args.steps, camera, args.output)
     pictures = [portrait_of_mesh(mesh, camera, 384), *(portrait(row["scene"], camera, 384) for row in rows)]
     image.write(args.output / "neural.png", np.concatenate(pictures, axis=1))
     cases = measure(rows, args, camera)
     for row in rows:
         del row["scene"]
-    line = (
-        f"Mesh {mesh.name}, {args.size}x{args.size}, sky_afternoon, {context().info['GL_RENDERER']}, "
-        f"{platform.processor() or platform.machine()}{', preview bakes' if args.preview else ''}. `sdfprt bench neural`"
+    parts = f"mesh {mesh.name}", f"{args.size}x{args.size}", "sky_afternoon", context().info["GL_RENDERER"]
+    line = bench.setting(*parts, *(["preview bakes"] if args.preview else []))
+    text = bench.save(
+        args.output, "neural", "Neural SDF under learnt transfer", line, body(rows, cases), {"surfaces": rows, "pictures": cases}
     )
-    text = markdown(rows, cases, line)
-    (args.output / "neural.md").write_text(text)
-    (args.output / "neural.json").write_text(json.dumps({"setting": line, "surfaces": rows, "pictures": cases}, indent=2))
     print(text)
 
 

@@ -6,14 +6,12 @@ Writes quality.md, quality.json and quality.png.
 """
 
 import argparse
-import json
-import os
 import time
 from pathlib import Path
 
 import numpy as np
 
-from sdfprt import exact, image, metrics, report, scene
+from sdfprt import bench, exact, metrics, report, scene
 from sdfprt.asset import Asset
 from sdfprt.bake import bake
 from sdfprt.light import Light
@@ -31,7 +29,7 @@ PAPER = {  # PSNR k64 / k128 on the paper's meshes
 
 
 def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = bench.parser("quality", __doc__)
     parser.add_argument("--scenes", nargs="+", help="names, .glsl files or folders; default: those shipped with weights")
     parser.add_argument("--lights", nargs="+", default=["sky_afternoon", "studio", "overcast"])
     parser.add_argument("--widths", nargs="+", type=int, default=[64, 128])
@@ -40,7 +38,6 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--size", type=int, default=256)
     parser.add_argument("--rays", type=int, default=1024, help="a pixel; their noise is 20 dB and more below the network's error")
     parser.add_argument("--protocol", choices=("views", "paper", "both"), default="both")
-    parser.add_argument("-o", "--output", type=Path, default=Path("out/quality"), help="folder")
     return parser.parse_args()
 
 
@@ -74,10 +71,12 @@ def measure_scene(
             "scene": which.name,
             "protocol": "paper" if whole else "views",
             "material": material,
-            "width": width,
+            "k": width,
+            "PSNR": float(np.mean([row["psnr"] for row in rows])),
+            "worst": float(min(row["psnr"] for row in rows)),
+            "goal": None if whole else GOAL.get((width, material)),
+            **{key.upper(): float(np.mean([row[key] for row in rows])) for key in ("mae", "ssim", "flip")},
             "pictures": len(rows),
-            **{key: float(np.mean([row[key] for row in rows])) for key in ("psnr", "mae", "ssim", "flip")},
-            "worst_psnr": float(min(row["psnr"] for row in rows)),
         }
         for (width, material), rows in found.items()
     ]
@@ -89,51 +88,35 @@ def shipped(widths: list[int]) -> list[str]:
     return [name for name in scene.library() if all((library / name / f"k{width}.safetensors").is_file() for width in widths)]
 
 
-def _markdown(rows: list[dict], line: str) -> str:
-    head = "| scene | protocol | material | k | PSNR | worst | goal | MAE | SSIM | FLIP |\n" + "|---" * 10 + "|\n"
-    lines = []
-    for row in rows:
-        goal = GOAL.get((row["width"], row["material"]), "") if row["protocol"] == "views" else ""
-        lines.append(
-            f"| {row['scene']} | {row['protocol']} | {row['material']} | {row['width']} | {row['psnr']:.1f} "
-            f"| {row['worst_psnr']:.1f} | {goal} | {row['mae']:.4f} | {row['ssim']:.4f} | {row['flip']:.4f} |"
-        )
+def _body(rows: list[dict]) -> str:
+    digits = {"PSNR": ".1f", "worst": ".1f", "MAE": ".4f", "SSIM": ".4f", "FLIP": ".4f"}
     papers = "\n".join(f"The paper, {kind}: {figures}." for kind, figures in PAPER.items())
-    return f"# Network against exact transfer\n\n{line}\n\n{head}" + "\n".join(lines) + f"\n\n{papers}\n"
+    return f"{bench.table(rows, digits)}\n\n{papers}"
 
 
 def _plot(rows: list[dict], path: Path) -> None:
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
     scenes = list(dict.fromkeys(r["scene"] for r in rows))
     panels = list(dict.fromkeys((r["protocol"], r["material"]) for r in rows))
-    widths = sorted({r["width"] for r in rows})
+    widths = sorted({r["k"] for r in rows})
     size = (1.5 + 3.2 * len(panels), 1.2 + 0.28 * len(scenes) * len(widths))
-    figure, grid = pyplot.subplots(1, len(panels), figsize=size, layout="constrained", sharey=True, squeeze=False)
-    for axes, (protocol, material) in zip(grid[0], panels, strict=True):
-        for k, width in enumerate(widths):
-            own = [r for r in rows if (r["protocol"], r["material"], r["width"]) == (protocol, material, width)]
-            at = [scenes.index(r["scene"]) + (k - (len(widths) - 1) / 2) * 0.8 / len(widths) for r in own]
-            axes.barh(at, [r["psnr"] for r in own], 0.72 / len(widths), label=f"k = {width}")
-            axes.plot([r["worst_psnr"] for r in own], at, "k|", label="worst picture" if k == 0 else None)
-        axes.set_yticks(range(len(scenes)), scenes)
-        axes.set_title(f"{material}, protocol {protocol}", fontsize=10)
-        axes.set_xlabel("PSNR, dB")
-    grid[0][0].invert_yaxis()
-    figure.legend(*grid[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
-    with image.atomic_write(path) as temporary:
-        figure.savefig(temporary, dpi=120)
-    pyplot.close(figure)
+    with bench.plot(path, size, columns=len(panels), sharey=True) as (figure, grid):
+        for axes, (protocol, material) in zip(grid[0], panels, strict=True):
+            for k, width in enumerate(widths):
+                own = [r for r in rows if (r["protocol"], r["material"], r["k"]) == (protocol, material, width)]
+                at = [scenes.index(r["scene"]) + (k - (len(widths) - 1) / 2) * 0.8 / len(widths) for r in own]
+                axes.barh(at, [r["PSNR"] for r in own], 0.72 / len(widths), label=f"k = {width}")
+                axes.plot([r["worst"] for r in own], at, "k|", label="worst picture" if k == 0 else None)
+            axes.set_yticks(range(len(scenes)), scenes)
+            axes.set_title(f"{material}, protocol {protocol}", fontsize=10)
+            axes.set_xlabel("PSNR, dB")
+        grid[0][0].invert_yaxis()
+        figure.legend(*grid[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
 
 
 def main() -> None:
     args = _arguments()
-    args.output.mkdir(parents=True, exist_ok=True)
     lights = [Light.load(name) for name in args.lights]
-    rows = []
+    rows, text = [], ""
     start = time.perf_counter()
     for source in args.scenes or shipped(args.widths):
         which = scene.Scene.load(source)
@@ -142,14 +125,11 @@ def main() -> None:
             if args.protocol in (protocol, "both"):
                 chosen = lights if protocol == "views" else lights[:1]
                 rows += measure_scene(which, assets, chosen, views, args.size, args.rays, protocol == "paper")
-        line = (
-            f"{args.size}x{args.size}, {args.rays} rays a pixel, lights {', '.join(args.lights)}, "
-            f"{os.cpu_count()} cores, {time.perf_counter() - start:.0f} s. `sdfprt bench quality`"
-        )
-        (args.output / "quality.md").write_text(_markdown(rows, line))
-        (args.output / "quality.json").write_text(json.dumps({"setting": line, "rows": rows}, indent=2))
+        took = f"{time.perf_counter() - start:.0f} s"
+        line = bench.setting(f"{args.size}x{args.size}", f"{args.rays} rays a pixel", f"lights {', '.join(args.lights)}", took)
+        text = bench.save(args.output, "quality", "Network against exact transfer", line, _body(rows), {"rows": rows})
     _plot(rows, args.output / "quality.png")
-    print((args.output / "quality.md").read_text())
+    print(text)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ explained below the table. Writes scaling.md, scaling.json and scaling.png.
 import argparse
 import json
 import os
-import platform
 import subprocess
 import sys
 import tempfile
@@ -23,7 +22,7 @@ from typing import Any
 import numpy as np
 
 import sdfprt
-from sdfprt import settings
+from sdfprt import bench, settings
 from sdfprt.network import TransferNet
 from sdfprt.progress import track
 from sdfprt.scene import Scene
@@ -245,59 +244,49 @@ def summary(name: str, rows: list[dict[str, float]]) -> dict[str, Any]:
     }
 
 
-def table(results: list[dict], setting: str) -> str:
-    lines = ["# How cost grows", "", setting, ""]
-    lines += ["| curve | time ~ work^ | last step | memory ~ size^ | work | from | to |", "| --- " * 7 + "|"]
+def body(results: list[dict]) -> str:
+    rows = []
     for r in results:
-        ends = [f"{row['x']:,g}: {row['seconds']:.3g} s, {row['megabytes']:.0f} MB" for row in (r["rows"][0], r["rows"][-1])]
         star = " *" if r["faster_than_work"] else ""
-        exponents = f"{r['time_exponent']:.2f}{star} | {r['last_step']:.2f} | {r['memory_exponent']:.2f}"
-        lines.append(f"| {r['curve']} | {exponents} | {r['work']} | {' | '.join(ends)} |")
-    lines += [
-        "",
-        "\\* grows faster than its work:" if any(r["faster_than_work"] for r in results) else "Nothing grows faster than its work.",
-    ]
-    for r in results:
-        if r["faster_than_work"]:
-            lines.append(f"- {r['curve']}: {CURVES[r['curve']].why or UNEXPLAINED}")
-    return "\n".join(lines) + "\n"
+        row = {"curve": r["curve"], "time ~ work^": f"{r['time_exponent']:.2f}{star}", "last step": f"{r['last_step']:.2f}"}
+        row |= {"memory ~ size^": f"{r['memory_exponent']:.2f}", "work": r["work"]}
+        for name, end in zip(("from", "to"), (r["rows"][0], r["rows"][-1]), strict=True):
+            row[name] = f"{end['x']:,g}: {end['seconds']:.3g} s, {end['megabytes']:.0f} MB"
+        rows.append(row)
+    marked = [f"- {r['curve']}: {CURVES[r['curve']].why or UNEXPLAINED}" for r in results if r["faster_than_work"]]
+    verdict = "\\* grows faster than its work:" if marked else "Nothing grows faster than its work."
+    return "\n".join([bench.table(rows), "", verdict, *marked])
 
 
 def plot(results: list[dict], path: Path) -> None:
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
     columns = min(len(results), 4)
     rows = -(-len(results) // columns)
-    figure, grid = pyplot.subplots(rows, columns, figsize=(3.2 * columns, 2.7 * rows), squeeze=False, layout="constrained")
-    for axes, r in zip(grid.flat, results, strict=False):
-        x = [row["x"] for row in r["rows"]]
-        axes.loglog(x, [row["seconds"] for row in r["rows"]], "o-", color="C0")
-        axes.set_title(f"{r['curve']}\ntime ~ work^{r['time_exponent']:.2f}, memory ~ size^{r['memory_exponent']:.2f}", fontsize=8)
-        axes.set_xlabel(r["axis"], fontsize=8)
-        axes.set_ylabel("s", color="C0", fontsize=8)
-        right = axes.twinx()
-        right.semilogx(x, [row["megabytes"] for row in r["rows"]], "s--", color="C1", markersize=4)
-        right.set_ylim(bottom=0)
-        right.set_ylabel("MB", color="C1", fontsize=8)
-        for axis in (axes, right):
-            axis.tick_params(labelsize=7)
-            axis.tick_params(which="minor", labelbottom=False, labelleft=False)
-        axes.set_xticks(x, [f"{value:,g}" for value in x], rotation=30)
-    for axes in list(grid.flat)[len(results) :]:
-        axes.remove()
-    figure.savefig(path, dpi=110)
-    pyplot.close(figure)
+    with bench.plot(path, (3.2 * columns, 2.7 * rows), rows, columns) as (_, grid):
+        for axes, r in zip(grid.flat, results, strict=False):
+            x = [row["x"] for row in r["rows"]]
+            axes.loglog(x, [row["seconds"] for row in r["rows"]], "o-", color="C0")
+            axes.set_title(
+                f"{r['curve']}\ntime ~ work^{r['time_exponent']:.2f}, memory ~ size^{r['memory_exponent']:.2f}", fontsize=8
+            )
+            axes.set_xlabel(r["axis"], fontsize=8)
+            axes.set_ylabel("s", color="C0", fontsize=8)
+            right = axes.twinx()
+            right.semilogx(x, [row["megabytes"] for row in r["rows"]], "s--", color="C1", markersize=4)
+            right.set_ylim(bottom=0)
+            right.set_ylabel("MB", color="C1", fontsize=8)
+            for axis in (axes, right):
+                axis.tick_params(labelsize=7)
+                axis.tick_params(which="minor", labelbottom=False, labelleft=False)
+            axes.set_xticks(x, [f"{value:,g}" for value in x], rotation=30)
+        for axes in list(grid.flat)[len(results) :]:
+            axes.remove()
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = bench.parser("scaling", __doc__)
     parser.add_argument("--curves", nargs="+", default=list(CURVES), metavar="CURVE", help="; ".join(CURVES))
     parser.add_argument("--limit", type=int, default=10**9, help="leave out the points above this size")
     parser.add_argument("--turns", type=int, default=3)
-    parser.add_argument("-o", "--output", type=Path, default=Path("out/scaling"), help="folder")
     parser.add_argument("--one", nargs=2, metavar=("CURVE", "SIZE"), help=argparse.SUPPRESS)
     args = parser.parse_args()
     if args.one:
@@ -306,23 +295,18 @@ def main() -> None:
     unknown = set(args.curves) - set(CURVES)
     if unknown:
         raise SystemExit(f"no such curve: {', '.join(sorted(unknown))}; there are {'; '.join(CURVES)}")
-    args.output.mkdir(parents=True, exist_ok=True)
     short = [name for name in args.curves if sum(x <= args.limit for x in CURVES[name].values) < 2]
     if short:
         raise SystemExit(f"--limit {args.limit} leaves less than two points of {'; '.join(short)}")
-    load, results = os.getloadavg()[0], []
+    results = []
     with track("curves", len(args.curves)) as advance:
         for name in args.curves:
             results.append(summary(name, measure(name, args.turns, args.limit)))
             r = results[-1]
             print(f"{name}: time ~ work^{r['time_exponent']:.2f}, memory ~ size^{r['memory_exponent']:.2f}", flush=True)
             advance(1)
-    setting = f"{platform.machine()}, {os.cpu_count()} threads, no GPU unless OpenGL has one; "
-    setting += f"Python {platform.python_version()}, numpy {np.__version__}; best of {args.turns}; "
-    setting += f"load {load:.1f} before the start; `sdfprt bench scaling`"
-    text = table(results, setting)
-    (args.output / "scaling.md").write_text(text)
-    (args.output / "scaling.json").write_text(json.dumps({"setting": setting, "curves": results}, indent=2))
+    line = bench.setting(f"best of {args.turns}", "no GPU unless OpenGL has one")
+    text = bench.save(args.output, "scaling", "How cost grows", line, body(results), {"curves": results})
     plot(results, args.output / "scaling.png")
     print(text)
 

@@ -3,12 +3,10 @@
 The same rays for both: cosine-weighted, in the order of the points and shuffled, both cores, interleaved, the best of the
 turns each; Mitsuba's time leaves out the projection onto SH, ours holds it. Ours is timed as the bake traces, by the lattice
 (built once a scene, like Mitsuba's tree: its seconds stand beside), and by the field alone. Exactness: single rays and T
-against a plain march of half steps, nothing shared between rays. Writes transfer.md and transfer.json.
+against a plain march of half steps, nothing shared between rays. Writes transfer.md, transfer.json and transfer.png.
 """
 
-import argparse
 import json
-import platform
 import sys
 import time
 from collections.abc import Callable
@@ -17,7 +15,7 @@ from typing import no_type_check
 
 import numpy as np
 
-from sdfprt import lattice, settings, sh, sphere, surface, trace
+from sdfprt import bench, lattice, settings, sh, sphere, surface, trace
 from sdfprt import scene as scenes
 from sdfprt.lattice import Lattice
 from sdfprt.scene import Scene
@@ -104,17 +102,6 @@ def embree(scene: Scene, resolution: int, origins: np.ndarray, ways: np.ndarray)
     return tuple(runs)
 
 
-def best(runs: tuple[Callable[[], object], ...], turns: int) -> list[float]:
-    """Least seconds of each, the runs taking turns after one turn of warm-up."""
-    seconds = np.full((turns + 1, len(runs)), np.inf)
-    for turn in range(turns + 1):
-        for k, run in enumerate(runs):
-            start = time.perf_counter()
-            run()
-            seconds[turn, k] = time.perf_counter() - start
-    return [float(x) for x in seconds[1:].min(axis=0)]
-
-
 def measure(scene: Scene, points: int, rays: int, resolution: int, turns: int) -> dict[str, float | str]:
     found = sample_surface(scene, points)
     start = time.perf_counter()
@@ -125,7 +112,7 @@ def measure(scene: Scene, points: int, rays: int, resolution: int, turns: int) -
     origins = np.repeat(trace.lifted(scene, found.points, found.normals), rays, 0).astype(np.float32)
     peer = embree(scene, resolution, origins, ways)
     own = [lambda by=by: compute_transfer(scene, found.points, found.normals, rays=rays, lattice=by) for by in (stand_in, None)]
-    ours, field, sorted_, shuffled = best((*own, *peer), turns)
+    _, (ours, field, sorted_, shuffled), _ = bench.in_turns((*own, *peer), turns)
     million = points * rays / 1e6
     return {
         "scene": scene.name,
@@ -142,28 +129,31 @@ def measure(scene: Scene, points: int, rays: int, resolution: int, turns: int) -
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = bench.parser("transfer", __doc__)
     parser.add_argument("--scenes", nargs="+", default=list(scenes.library()))
     parser.add_argument("--points", type=int, default=8192)
     parser.add_argument("--rays", type=int, default=settings.Transfer.rays)
     parser.add_argument("--resolution", type=int, default=128, help="of Mitsuba's mesh")
     parser.add_argument("--turns", type=int, default=3)
-    parser.add_argument("-o", "--output", type=Path, default=Path("out/transfer"), help="folder")
     args = parser.parse_args()
-    args.output.mkdir(parents=True, exist_ok=True)
     rows = []
     for source in args.scenes:
         rows.append(measure(Scene.load(source), args.points, args.rays, args.resolution, args.turns))
         print(json.dumps(rows[-1]), flush=True)
     median = float(np.median([row["ratio"] for row in rows]))
-    setting = f"{args.points} points of {args.rays} rays, Mitsuba llvm_ad_rgb on the {args.resolution}^3 mesh, "
-    setting += f"{platform.machine()}, both cores"
-    lines = [f"{median:.2f}x of Mitsuba's rate, median of {len(rows)} scenes ({setting})", ""]
-    lines += ["| " + " | ".join(rows[0]) + " |", "| --- " * len(rows[0]) + "|"]
-    lines += ["| " + " | ".join(f"{v:.4g}" if isinstance(v, float) else str(v) for v in row.values()) + " |" for row in rows]
-    (args.output / "transfer.md").write_text("\n".join(lines) + "\n")
-    (args.output / "transfer.json").write_text(json.dumps({"setting": setting, "median": median, "rows": rows}, indent=2))
-    print("\n".join(lines))
+    rays = f"{args.points} points of {args.rays} rays"
+    line = bench.setting(rays, f"Mitsuba llvm_ad_rgb on the {args.resolution}^3 mesh", "both cores")
+    body = f"{median:.2f}x of Mitsuba's rate, median of {len(rows)} scenes.\n\n{bench.table(rows, {'rays that agree': '.4f'})}"
+    text = bench.save(args.output, "transfer", "Transfer", line, body, {"median": median, "rows": rows})
+    with bench.plot(args.output / "transfer.png", (7, 1 + 0.3 * len(rows))) as (_, axes):
+        axis, places = axes[0, 0], np.arange(len(rows))
+        for offset, key in ((-0.2, "ratio"), (0.2, "ratio, by the field alone")):
+            axis.barh(places + offset, [row[key] for row in rows], 0.36, label=key)
+        axis.set_yticks(places, [row["scene"] for row in rows])
+        axis.invert_yaxis()
+        axis.set_xlabel("rays a second, of Mitsuba's")
+        axis.legend()
+    print(text)
 
 
 if __name__ == "__main__":

@@ -8,9 +8,7 @@ a degree over the exponent (`same_surface` is their share): where it is noise al
 lie beyond 3 (both errors are estimates). Shadows of edges that the mesh cuts off remain.
 """
 
-import argparse
 import json
-import os
 import re
 import sys
 import time
@@ -19,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sdfprt import exact, scene, surface, trace
+from sdfprt import bench, exact, scene, surface, trace
 from sdfprt.bake import bake
 from sdfprt.light import Light
 from sdfprt.material import Diffuse, Phong
@@ -36,7 +34,7 @@ def psnr(a: np.ndarray, b: np.ndarray, mask: np.ndarray) -> float:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = bench.parser("truth", __doc__)
     parser.add_argument("--scenes", nargs="+", default=list(scene.library()))
     parser.add_argument("--light", default="sky_afternoon")
     parser.add_argument("--size", type=int, default=256)
@@ -44,15 +42,14 @@ def main() -> None:
     parser.add_argument("--rays", type=int, default=4096)
     parser.add_argument("--resolution", type=int, default=256, help="of the mesh")
     parser.add_argument("--widths", nargs="*", type=int, default=[64, 128], help="networks; none to leave them out")
-    parser.add_argument("-o", "--output", type=Path, default=Path("out/truth"), help="folder")
     args = parser.parse_args()
     from mitsuba_scene import build, met, picture
 
-    args.output.mkdir(parents=True, exist_ok=True)
     size, light = (args.size, args.size), Light.load(args.light)
     rows: list[dict] = []
-    line = f"{args.size}x{args.size}, light {light.name}, {args.spp} paths a pixel (Mitsuba {2 * args.spp}), "
-    line += f"{args.rays} rays a pixel, mesh {args.resolution}^3, {os.cpu_count()} cores. `sdfprt bench truth`"
+    paths = f"{args.spp} paths a pixel (Mitsuba {2 * args.spp})"
+    parts = f"{args.size}x{args.size}", f"light {light.name}", paths, f"{args.rays} rays a pixel", f"mesh {args.resolution}^3"
+    line = bench.setting(*parts)
 
     def note(which: str, what: str, ours: np.ndarray, theirs: tuple, mask: np.ndarray, **more: float | str) -> None:
         mean, variance, hit = theirs
@@ -60,7 +57,7 @@ def main() -> None:
         floor = 10 * np.log10(np.percentile(mean[both], 99.9) ** 2 / max(variance[both].mean(), 1e-30))
         rows.append({"scene": which, "what": what, "psnr": psnr(ours, mean, both), "mitsuba_noise": float(floor), **more})
         print(json.dumps(rows[-1]), flush=True)
-        write(args.output, rows, line)
+        bench.save(args.output, "truth", "Against Mitsuba 3", line, bench.table(rows), {"rows": rows})
 
     for source in args.scenes:
         which = grey(scene.Scene.load(source))
@@ -105,7 +102,7 @@ def main() -> None:
                 million_paths_a_cpu_second=float(both.sum() * args.spp / mine / 1e6),
                 mitsuba_million_paths_a_cpu_second=float(both.sum() * 2 * args.spp / yours / 1e6),
             )
-    print((args.output / "truth.md").read_text())
+    print(bench.table(rows))
 
 
 def grey(which: scene.Scene) -> scene.Scene:
@@ -120,17 +117,6 @@ def agree(seen: trace.GBuffer, points: np.ndarray, normals: np.ndarray, diagonal
     near = np.linalg.norm(seen.points - points[seen.mask], axis=1) < 1e-4 * diagonal
     same[seen.mask] = near & (np.linalg.norm(seen.normals - normals[seen.mask], axis=1) < np.radians(degrees))
     return same
-
-
-def write(folder: Path, rows: list[dict], line: str) -> None:
-    """truth.md and truth.json; after each row, so that a stopped run keeps what it has."""
-    keys = list(dict.fromkeys(key for row in rows for key in row))
-    lines = ["| " + " | ".join(keys) + " |", "|---" * len(keys) + "|"]
-    for row in rows:
-        cells = (f"{v:.3g}" if isinstance(v, float) else str(v) for v in (row.get(key, "") for key in keys))
-        lines.append("| " + " | ".join(cells) + " |")
-    (folder / "truth.md").write_text(f"# Against Mitsuba 3\n\n{line}\n\n" + "\n".join(lines) + "\n")
-    (folder / "truth.json").write_text(json.dumps({"setting": line, "rows": rows}, indent=2))
 
 
 if __name__ == "__main__":

@@ -38,7 +38,7 @@ def test_what_grows_faster_than_its_work_is_marked_and_what_keeps_pace_is_not():
     assert not scaling.summary("frame, pixels", rows(1.0))["faster_than_work"]
     bad = scaling.summary("frame, pixels", rows(1.3))
     assert bad["faster_than_work"] and bad["time_exponent"] == pytest.approx(1.3)
-    assert "1.30 * | 1.30" in scaling.table([bad], "here")
+    assert "1.30 * | 1.30" in scaling.body([bad])
 
 
 def test_a_curve_is_measured_tabled_and_plotted(tmp_path: Path):

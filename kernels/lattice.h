@@ -43,5 +43,4 @@ struct Lattice : Simd {
 
     static inline CUDA_CALLABLE int pair(const short* from) { return (int)(unsigned short)from[0] | ((int)from[1] << 16); }
     static inline CUDA_CALLABLE F along(I word, F a) { return mix(to_F((word << 16) >> 16), to_F(word >> 16), a); }
-    static inline CUDA_CALLABLE F mix(F a, F b, F t) { return fma(t, b - a, a); }
 };

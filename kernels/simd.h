@@ -136,14 +136,17 @@ struct Simd {
 #endif
 #endif
     static inline CUDA_CALLABLE F gather(const float* table, I i) {
-        F r = splat(0.0f);
-        for (int k = 0; k < SDFPRT_LANES; k++) set(r, k, table[lane(i, k)]);
-        return r;
+        int at[SDFPRT_LANES];
+        float r[SDFPRT_LANES];
+        spill(at, i);
+        for (int k = 0; k < SDFPRT_LANES; k++) r[k] = table[at[k]];
+        return fill(r);
     }
     static inline CUDA_CALLABLE I gather(const int* table, I i) {
-        I r = splat(0);
-        for (int k = 0; k < SDFPRT_LANES; k++) set(r, k, table[lane(i, k)]);
-        return r;
+        int at[SDFPRT_LANES], r[SDFPRT_LANES];
+        spill(at, i);
+        for (int k = 0; k < SDFPRT_LANES; k++) r[k] = table[at[k]];
+        return fill(r);
     }
     // Element i of `count`, `stride` apart: those that some lane asks for
 #if SDFPRT_LANES == 1
@@ -257,6 +260,7 @@ struct Simd {
     }
     static inline CUDA_CALLABLE F round_away(F a) { return copy_sign(floor(abs(a) + 0.5f), a); }
     static inline CUDA_CALLABLE F rsqrt(F a) { return 1.0f / sqrt(a); }
+    static inline CUDA_CALLABLE F mix(F a, F b, F t) { return fma(t, b - a, a); }
     static inline CUDA_CALLABLE F step(F edge, F x) { return sel(lt(x, edge), splat(0.0f), splat(1.0f)); }
     static inline CUDA_CALLABLE F smoothstep(F a, F b, F x) {
         F t = clamp((x - a) / (b - a), splat(0.0f), splat(1.0f));

@@ -41,6 +41,7 @@ from sdfprt.shader import (
     tau_text,
     weights_texture,
 )
+from sdfprt.textures import Texels
 
 PIECES = ("camera", "trace", "normal", "network", "sh", "shade", "picture")
 _TOY_INPUTS = (
@@ -99,7 +100,7 @@ def export_html(
         },
         "owns": {"albedo": scene.has_albedo, "exponent": scene.has_exponent},
         "weights": {"size": [weights.shape[1], weights.shape[0]], "data": _packed(weights.tobytes())},
-        "volumes": {name: _volume(values) for name, values in scene.textures.items()},
+        "textures": {name: _texture(texels) for name, texels in scene.texels.items()},
         "tau": [k, i, j, tau[i, j, k]],
         "tilt": tilt,
         "lights": [_light(each, net.bands, dering) for each in chosen],
@@ -125,8 +126,8 @@ def export_shadertoy(
     What lies behind the scene is the light's SH, since there is no picture of the light.
     Raises GlslError where the scene's text needs more than GLSL ES 3.00, SdfprtError for a scene with textures.
     """
-    if scene.textures:
-        names = ", ".join(scene.textures)
+    if scene.texels:
+        names = ", ".join(scene.texels)
         raise SdfprtError(f"{scene.file}: reads the texture {names}, and Shadertoy takes none of ours; --html does")
     net = network_of(asset, scene)
     material, camera = material or scene.material, camera or scene.camera
@@ -238,9 +239,10 @@ def _light(light: Light, bands: int, dering: bool) -> dict[str, Any]:
     }
 
 
-def _volume(values: Float[ndarray, "d h w"]) -> dict[str, Any]:
-    """A 3D texture of the scene in half precision, which every WebGL 2 filters."""
-    return {"size": values.shape[::-1], "data": _packed(np.ascontiguousarray(values, np.float16).tobytes())}
+def _texture(texels: Texels) -> dict[str, Any]:
+    """A texture of the scene in half precision, which every WebGL 2 filters."""
+    values = texels.values.transpose(1, 2, 0) if texels.flat else texels.values
+    return {"size": texels.size, "data": _packed(np.ascontiguousarray(values, np.float16).tobytes())}
 
 
 def shared_exponent(pixels: Float[ndarray, "h w 3"]) -> ndarray:

@@ -70,6 +70,9 @@ def check(scene: Scene) -> Report:
         verb, them = ("are", "they begin") if several else ("is", "it begins")
         written = "they are written" if several else "it is written"
         notes.append(f"global{'s' * several} {', '.join(unwritten)} {verb} read before {written}; {them} at zero")
+    if noisy := scene.stand_ins:
+        say = "pictures of that name" if len(noisy) > 1 else "a picture of that name"
+        notes.append(f"noise stands in for {', '.join(noisy)}: put {say} beside the file, or give [textures]")
     if browser := es_note(scene):
         notes.append(browser)
 

@@ -34,8 +34,8 @@ def piece(name: str) -> str:
 @no_type_check
 def build(scene: str, pieces: tuple[str, ...], arguments: dict[str, Any]):
     """A Warp kernel over `first + thread` that runs the last piece as its body, after simd.h, scene and the others."""
-    textures = tuple(dict.fromkeys(re.findall(r"\bvolume_[0-9a-f]{16}\b", scene)))
-    shared = [piece("volume.h"), *(f"static const float* {name};" for name in textures)] if textures else []
+    textures = tuple(dict.fromkeys(re.findall(r"\btexture_[0-9a-f]{16}\b", scene)))
+    shared = [piece("texture.h"), *(f"static const float* {name};" for name in textures)] if textures else []
     given = [f"{name} = given_{name}.data;" for name in textures]  # the same for all threads
     text = "\n".join([piece("simd.h"), *shared, scene, *given, *(piece(name) for name in pieces)])
     key = hashlib.sha256(text.encode()).hexdigest()[:16]
@@ -43,22 +43,22 @@ def build(scene: str, pieces: tuple[str, ...], arguments: dict[str, Any]):
     return _kernel(key, text, (*arguments.items(), *extra))
 
 
-def volume(values: ndarray) -> str:
-    """Name under which a scene's C++ reads this array (z, y, x); it lives as long as `keep_volume` has someone to hold it."""
-    return f"volume_{hashlib.sha256(repr(values.shape).encode() + values.tobytes()).hexdigest()[:16]}"
+def texture(values: ndarray) -> str:
+    """Name under which a scene's C++ reads this array; it lives as long as `keep_texture` has someone to hold it."""
+    return f"texture_{hashlib.sha256(repr(values.shape).encode() + values.tobytes()).hexdigest()[:16]}"
 
 
-def keep_volume(values: ndarray) -> wp.array:
+def keep_texture(values: ndarray) -> wp.array:
     """Make an array readable to kernels; the caller holds what comes back for as long as they may run."""
-    name = volume(values)
-    kept = _volumes.get(name)
+    name = texture(values)
+    kept = _textures.get(name)
     if kept is None:
         kept = wp.array(np.ascontiguousarray(values, np.float32).ravel(), dtype=float, device="cpu")
-        _volumes[name] = kept
+        _textures[name] = kept
     return kept
 
 
-_volumes: weakref.WeakValueDictionary[str, wp.array] = weakref.WeakValueDictionary()
+_textures: weakref.WeakValueDictionary[str, wp.array] = weakref.WeakValueDictionary()
 
 
 @functools.lru_cache(maxsize=64)
@@ -80,7 +80,7 @@ def _kernel(key: str, text: str, arguments: tuple):
     exec(compile(source, path, "exec"), scope)
     scope[f"native_{key}"] = wp.func_native(text)(scope[f"native_{key}"])
     made = wp.kernel(enable_backward=False, module="unique")(scope[f"kernel_{key}"])
-    made.volumes = [name.removeprefix("given_") for name in names if name.startswith("given_")]
+    made.textures = [name.removeprefix("given_") for name in names if name.startswith("given_")]
     return made
 
 
@@ -88,7 +88,7 @@ def _kernel(key: str, text: str, arguments: tuple):
 def launch(kernel, count: int, arguments: list, device: str = "cpu") -> None:
     """Run items 0 … count - 1; on the CPU in one part a thread, since Warp releases Python's lock while it runs."""
     wp.load_module(kernel.module, device=device)
-    arguments = [*arguments, *(_volumes[name] for name in getattr(kernel, "volumes", ()))]
+    arguments = [*arguments, *(_textures[name] for name in getattr(kernel, "textures", ()))]
     if not device.startswith("cpu") or count < 2 * THREADS:
         wp.launch(kernel, dim=count, inputs=[*arguments, 0], device=device)
         return

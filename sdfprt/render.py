@@ -14,13 +14,12 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from sdfprt import settings, shading
+from sdfprt import native, settings, shading
 from sdfprt.asset import Asset
 from sdfprt.camera import Camera
 from sdfprt.errors import SdfprtError
 from sdfprt.light import Light
 from sdfprt.material import Material, parts
-from sdfprt.native import volume
 from sdfprt.network import TransferNet
 from sdfprt.scene import Scene
 from sdfprt.shader import (
@@ -40,9 +39,11 @@ from sdfprt.shader import (
     surface_fragment,
     weights_texture,
 )
+from sdfprt.textures import Texels
 
 _PROGRAMS = 24  # kept at most
-_VOLUMES = 8  # texture unit of a scene's first texture
+TEXTURES = 8  # unit of a scene's first texture
+Texture = moderngl.Texture | moderngl.Texture3D
 _TILE = 1024  # samples along a side that are rendered at once
 _GROUP = 8  # invocations of the second pass side by side, as light.glsl says
 
@@ -100,19 +101,17 @@ class Renderer:
         self._triangles: dict[str, moderngl.VertexArray] = {}  # with their programs, by the scene's text
         self._lightings: dict[tuple, moderngl.ComputeShader] = {}
         self._targets: dict[tuple[int, int], Target] = {}
-        self._volumes: dict[str, moderngl.Texture3D] = {}
+        self._textures: dict[str, Texture] = {}
         self._weights: dict[str, moderngl.Texture] = {}
 
     def surface(self, scene: Scene) -> moderngl.Program:
         """The program of the first pass, with what belongs to the scene set."""
         program = self._program(scene.shader_source, lambda: surface_fragment(scene), SURFACE, scene.file)
-        give(program, once=1, **scene_uniforms(scene), **{name: _VOLUMES + k for k, name in enumerate(scene.textures)})
-        for k, values in enumerate(scene.textures.values()):
-            self._volume(values).use(_VOLUMES + k)
+        give(program, once=1, **scene_uniforms(scene), **{name: TEXTURES + k for k, name in enumerate(scene.texels)})
+        for k, texels in enumerate(scene.texels.values()):
+            made = _kept(self._textures, native.texture(texels.values), lambda t=texels: scene_texture(context(), t))
+            made.use(TEXTURES + k)
         return program
-
-    def _volume(self, values: ndarray) -> moderngl.Texture3D:
-        return _kept(self._volumes, volume(values), lambda: texture_3d(context(), values))
 
     def lighting(self, net: TransferNet, variant: Variant) -> moderngl.ComputeShader:
         """The program of the second pass, with what belongs to the network set."""
@@ -171,11 +170,17 @@ def _placed(pieces: tuple[str, ...], file: str) -> Iterator[None]:
         raise SdfprtError(f"{file}: the OpenGL driver does not take the shader: {message}") from None
 
 
-def texture_3d(gl: moderngl.Context, values: Float[ndarray, "d h w"]) -> moderngl.Texture3D:
-    """A scene's texture on a context: linear, clamped at the faces."""
-    made = gl.texture3d(values.shape[::-1], 1, np.ascontiguousarray(values).tobytes(), dtype="f2" if values.itemsize == 2 else "f4")
+def scene_texture(gl: moderngl.Context, texels: Texels) -> Texture:
+    """A scene's texture on a context: linear; a volume is clamped at its faces, a picture repeats."""
+    if texels.flat:
+        pixels = np.ascontiguousarray(texels.values.transpose(1, 2, 0))
+        made = gl.texture(pixels.shape[1::-1], 4, pixels.tobytes(), dtype="f4")
+    else:
+        values = np.ascontiguousarray(texels.values)
+        made = gl.texture3d(values.shape[::-1], 1, values.tobytes(), dtype="f2" if values.itemsize == 2 else "f4")
+        made.repeat_z = False
+    made.repeat_x = made.repeat_y = texels.flat
     made.filter = (moderngl.LINEAR, moderngl.LINEAR)
-    made.repeat_x = made.repeat_y = made.repeat_z = False
     return made
 
 

@@ -21,17 +21,16 @@ import numpy as np
 import warp as wp
 from jaxtyping import Float
 from numpy import ndarray
-from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save_file
 
-from sdfprt import field, native
+from sdfprt import field, native, textures
 from sdfprt.camera import Camera
 from sdfprt.errors import SdfprtError
 from sdfprt.field import Box
 from sdfprt.glsl.compile import compile_glsl
-from sdfprt.glsl.parts import Parts, check_parts
-from sdfprt.glsl.prepare import Prepared, field_module, prepare
-from sdfprt.glsl.spirv import fingerprint, parse
+from sdfprt.glsl.parts import KINDS, Parts, check_parts
+from sdfprt.glsl.prepare import CHANNELS, Prepared, field_module, prepare
+from sdfprt.glsl.spirv import fingerprint, parse, samplers
 from sdfprt.glsl.to_warp import BUDGET, Texture, Translator
 from sdfprt.image import atomic_write
 from sdfprt.material import DiffusePhong, Material
@@ -40,6 +39,7 @@ from sdfprt.material import parse as parse_material
 from sdfprt.material import parts as material_parts
 from sdfprt.resources import folder
 from sdfprt.settings import FromTorch, GridFit
+from sdfprt.textures import Texels
 
 UNIT: Box = ((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
 NORMAL_STEP = 2e-4  # half width of the taps, of the diagonal
@@ -61,7 +61,7 @@ class Scene:
     material: Material = None  # type: ignore[assignment]
     defines: Mapping[str, float] = default(default_factory=dict)
     title: str = ""
-    textures: Mapping[str, ndarray] = default(default_factory=dict)  # (z, y, x) by the name of the sampler3D that reads it
+    textures: Mapping[str, ndarray] = default(default_factory=dict)  # (z, y, x) by sampler3D, (h, w, channels) by sampler2D
     parts: Parts = default(default_factory=dict)  # colours by the .y of vec2 map; see README
     notes: tuple[str, ...] = ()  # what is worth knowing of how it was made; `check` shows them
 
@@ -72,8 +72,7 @@ class Scene:
         if not 0 < self.step <= 1:
             raise SdfprtError(f"{self.file}: step {self.step} must be above 0 and at most 1")
         for name, values in self.textures.items():
-            if values.ndim != 3 or not values.size or values.dtype not in (np.float16, np.float32):
-                raise SdfprtError(f"{self.file}: texture {name} is {values.dtype} {values.shape}; it must be 3D float16 or float32")
+            textures.check(values, name, self.file)
         check_parts(self.parts, self.file)
         if self.camera is None:
             object.__setattr__(self, "camera", Camera.framing(self.bounds))
@@ -222,22 +221,46 @@ class Scene:
     def hash(self) -> str:
         """Of the surface: what the distance computes, bounds and step. Colours, comments, camera and material do not count."""
         text = f"{fingerprint(parse(self.prepared.spirv))}|{np.asarray(self.bounds, float).tolist()}|{self.step:.6g}"
-        text += "".join(f"|{name} {volume}" for name, (volume, _) in sorted(self._volumes.items()))
+        text += "".join(f"|{name} {made}" for name, (made, _) in sorted(self._kept.items()))
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
     @functools.cached_property
-    def _volumes(self) -> dict[str, tuple[str, object]]:
+    def texels(self) -> dict[str, Texels]:
+        """Every texture that the shader reads, by its sampler: those given, pictures beside the file, noise for channels."""
+        flat = self.prepared.pictures
+        found = {name: textures.texels(values, name in flat, name, self.file) for name, values in self.textures.items()}
+        wanting = [name for name in flat if name not in found]
+        for name in self._read_samplers & set(wanting) if wanting else ():
+            if (values := textures.beside(self.folder, name)) is not None:
+                found[name] = textures.texels(values, True, name, self.file)
+            elif name in CHANNELS:
+                found[name] = textures.noise()
+        return found
+
+    @property
+    def _read_samplers(self) -> set[str]:
+        """By the distance, albedo or exponent."""
+        modules = [self.prepared.spirv, *(self._colour_module(name) for name in KINDS if getattr(self, f"has_{name}"))]
+        return set().union(*(samplers(parse(spirv)) for spirv in modules))
+
+    @property
+    def stand_ins(self) -> list[str]:
+        """Channels for which noise stands in."""
+        beside = {name for name in self.texels if textures.beside(self.folder, name) is not None}
+        return sorted(self.texels.keys() - self.textures.keys() - beside)
+
+    @functools.cached_property
+    def _kept(self) -> dict[str, tuple[str, object]]:
         """Of each texture its name in C++, and what keeps it readable."""
-        return {name: (native.volume(values), native.keep_volume(values)) for name, values in self.textures.items()}
+        return {name: (native.texture(t.values), native.keep_texture(t.values)) for name, t in self.texels.items()}
 
     @functools.cached_property
     def _samplers(self) -> dict[str, Texture]:
-        sizes = {name: values.shape[::-1] for name, values in self.textures.items()}
-        return {name: Texture(volume, sizes[name]) for name, (volume, _) in self._volumes.items()}
+        return {name: Texture(made, tuple(map(str, self.texels[name].size))) for name, (made, _) in self._kept.items()}
 
     def __getstate__(self) -> dict:
         """Pickled, for other processes: textures go as arrays; what Warp made of them is made there again."""
-        made = ("_volumes", "_samplers", "native") if self.textures else ()
+        made = ("_kept", "_samplers", "native") if self.texels else ()
         return {name: value for name, value in self.__dict__.items() if name not in made}
 
     @functools.cached_property
@@ -252,11 +275,14 @@ class Scene:
     def native_colour(self) -> str:
         """C++ structs Albedo and Exponent: `value(x, y, z, nx, ny, nz, live, out…)`; empty where there is neither."""
         parts = []
-        for name, kind, outputs in (("albedo", "vec3", ("red", "green", "blue")), ("exponent", "float", ("s",))):
+        for name, outputs in (("albedo", ("red", "green", "blue")), ("exponent", ("s",))):
             if getattr(self, f"has_{name}"):
-                spirv = compile_glsl(field_module(self.prepared.text, name, kind), file=self.file)
+                spirv = self._colour_module(name)
                 parts.append(_native(spirv, name.title(), ("x", "y", "z", "nx", "ny", "nz"), "value", outputs, self._samplers))
         return "\n".join(parts)
+
+    def _colour_module(self, name: str) -> bytes:
+        return compile_glsl(field_module(self.prepared.text, name, KINDS[name]), file=self.file)
 
     @property
     def size(self) -> ndarray:
@@ -399,20 +425,18 @@ def _settings(path: Path) -> dict:
             found["material"] = parse_material(kind, **colours)
         found["defines"] = toml.get("defines", {})
         found["parts"] = {int(number): part for number, part in toml.get("parts", {}).items()}
-        found["textures"] = {name: _texture(path / str(source), name) for name, source in toml.get("textures", {}).items()}
+        found["textures"] = {name: _texture(path, str(source), name) for name, source in toml.get("textures", {}).items()}
     except (tomllib.TOMLDecodeError, TypeError, ValueError) as error:
         raise SdfprtError(f"{file}: {error}") from None
     return found
 
 
-def _texture(path: Path, name: str) -> ndarray:
-    """The only tensor of a safetensors file, or the one of that name."""
-    try:
-        with safe_open(str(path), "numpy") as file:
-            names = list(file.keys())
-            return file.get_tensor(name if name in names or len(names) != 1 else names[0])
-    except (SafetensorError, OSError) as error:
-        raise SdfprtError(f"{path}: no readable texture ({error})") from None
+def _texture(folder: Path, source: str, name: str) -> ndarray:
+    """A texture's file, which lies in the scene's folder or below it."""
+    path = folder / source
+    if not path.resolve().is_relative_to(folder.resolve()):
+        raise SdfprtError(f"{folder / 'scene.toml'}: texture {name} = {source!r} lies outside the scene's folder")
+    return textures.load(path, name)
 
 
 def library() -> dict[str, str]:

@@ -18,7 +18,7 @@ from sdfprt.export import page_fragment
 from sdfprt.light import Light, lights
 from sdfprt.material import Diffuse, DiffusePhong, Material, Phong, parts
 from sdfprt.network import TransferNet
-from sdfprt.render import environment_texture, give, network_of, network_texture, set_light, texture_3d
+from sdfprt.render import TEXTURES, environment_texture, give, network_of, network_texture, scene_texture, set_light
 from sdfprt.scene import Scene
 from sdfprt.shader import VERSION, Variant, lobes_of, network_uniforms, picture_uniforms, piece, scene_uniforms
 
@@ -26,7 +26,6 @@ KEYS = """drag  turn the camera      scroll  closer, farther      R  as at the s
 L  next light              left, right  turn the light   B  light behind the scene
 M  next material           [ ]  exponent                 up, down  exposure
 Esc, Q  close"""
-_VOLUMES = 8  # texture unit of the scene's first 3D texture
 _RADIANS = 0.01  # a pixel of dragging
 _DEGREES = 5.0  # a press of left or right
 _STEEPEST = 1.5  # radians above or below the horizon
@@ -96,7 +95,7 @@ class Painter:
     def __init__(self, gl: moderngl.Context, scene: Scene, net: TransferNet, choices: list[Light]) -> None:
         self.gl, self.scene, self.net, self.choices = gl, scene, net, choices
         self.weights = network_texture(gl, net)
-        self.volumes = [texture_3d(gl, values) for values in scene.textures.values()]
+        self.textures = [scene_texture(gl, texels) for texels in scene.texels.values()]
         self.maps = [environment_texture(gl, light) for light in choices]
         self.programs: dict[int, tuple[moderngl.Program, moderngl.VertexArray]] = {}
 
@@ -123,8 +122,8 @@ class Painter:
         )
         self.weights.use(4)
         self.maps[look.light].use(3)
-        for k, volume in enumerate(self.volumes):
-            volume.use(_VOLUMES + k)
+        for k, texture in enumerate(self.textures):
+            texture.use(TEXTURES + k)
         triangle.render(moderngl.TRIANGLES, vertices=3)
         for buffer in buffers:
             buffer.release()
@@ -137,7 +136,7 @@ class Painter:
             )
         except moderngl.Error as error:
             raise SdfprtError(f"{self.scene.file}: the OpenGL driver does not take the shader: {error}") from None
-        textures = {name: _VOLUMES + k for k, name in enumerate(self.scene.textures)}
+        textures = {name: TEXTURES + k for k, name in enumerate(self.scene.texels)}
         give(program, samples=1, once=1, **scene_uniforms(self.scene), **network_uniforms(self.net), **textures)
         return program, self.gl.vertex_array(program, [])
 

@@ -6,7 +6,7 @@ On the renderer's context: of two in a process, the one made last would draw for
 import moderngl
 import numpy as np
 
-from sdfprt.render import context, texture_3d
+from sdfprt.render import context, scene_texture
 from sdfprt.scene import Scene
 
 
@@ -29,14 +29,14 @@ def distance(scene: Scene, points: np.ndarray) -> np.ndarray:
     frame = ctx.framebuffer([target])
     frame.use()
     source.use(0)
-    volumes = [texture_3d(ctx, values) for values in scene.textures.values()]
-    for unit, (name, texture) in enumerate(zip(scene.textures, volumes, strict=True), 1):
+    textures = [scene_texture(ctx, texels) for texels in scene.texels.values()]
+    for unit, (name, texture) in enumerate(zip(scene.texels, textures, strict=True), 1):
         texture.use(unit)
         if name in program:  # not where the compiler has left it out
             program[name] = unit
     triangle = ctx.vertex_array(program, [])
     triangle.render(moderngl.TRIANGLES, vertices=3)
     result = np.frombuffer(target.read(), np.float32)[: len(points)].copy()
-    for thing in (triangle, frame, source, target, program, *volumes):
+    for thing in (triangle, frame, source, target, program, *textures):
         thing.release()
     return result

@@ -113,7 +113,8 @@ BUMPS = np.random.default_rng(3).uniform(0.0, 0.2, (5, 6, 7)).astype(np.float16)
 
 
 def _bumpy() -> Scene:
-    glsl = "uniform sampler3D bumps;\nfloat sdf(vec3 p) { return length(p) - 0.5 - texture(bumps, 0.5 * p + 0.5).r; }"
+    glsl = """uniform sampler3D bumps;
+    float sdf(vec3 p) { return length(p) - 0.5 - texture(bumps, 0.5 * p + 0.5).r - 0.1 * texture(iChannel1, 0.02 * p.xy).g; }"""
     return Scene(glsl=glsl, textures={"bumps": BUMPS}, step=0.6)
 
 
@@ -125,7 +126,7 @@ def test_a_scenes_textures_are_in_the_page(browser, tmp_path):
 
 
 def test_shadertoy_is_told_to_have_no_textures():
-    with pytest.raises(SdfprtError, match=r"bumps.*--html"):
+    with pytest.raises(SdfprtError, match=r"bumps, iChannel1.*--html"):
         export_shadertoy(_bumpy(), NET, SKY)
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 PACKAGE = Path(__file__).parent.parent / "sdfprt"
 LAYERS = (
     {"errors", "settings", "sphere", "image", "resources", "progress"},
-    {"sh", "light", "sky", "material", "camera", "metrics"},
+    {"sh", "light", "sky", "material", "camera", "metrics", "textures"},
     {"glsl", "native", "field", "scene", "csg", "mesh", "grid", "neural", "shading"},
     {"lattice", "trace", "surface", "transfer", "network", "fit"},
     {"asset", "cluster", "bake", "shader", "inspect", "fidelity", "es"},

@@ -19,6 +19,7 @@ PRELUDE = "prelude.glsl"
 _FAR = 9_000_000  # lines of the prelude are counted from here
 _MAX_TEXT = 2_000_000
 
+CHANNELS = tuple(f"iChannel{k}" for k in range(4))  # pictures that Shadertoy's user chooses
 # What authors' viewers define for them; added only where the compiler misses the name
 _HOST = {
     **dict.fromkeys(("pi", "PI", "M_PI", "Pi"), "const float {} = 3.14159265358979;"),
@@ -32,9 +33,9 @@ _HOST = {
     "iMouse": "const vec4 {} = vec4(0.0);",
     "iDate": "const vec4 {} = vec4(0.0);",
     "iSampleRate": "const float {} = 44100.0;",
-    **dict.fromkeys((f"iChannel{k}" for k in range(4)), "uniform sampler2D {};"),
+    **dict.fromkeys(CHANNELS, "uniform sampler2D {};"),
     "iChannelTime": "const float {}[4] = float[](0.0, 0.0, 0.0, 0.0);",
-    "iChannelResolution": "const vec3 {}[4] = vec3[](vec3(1.0), vec3(1.0), vec3(1.0), vec3(1.0));",
+    "iChannelResolution": "const vec3 {}[4] = vec3[](vec3(256.0), vec3(256.0), vec3(256.0), vec3(256.0));",
     **dict.fromkeys(("texture2D", "textureCube", "texture3D"), "#define {} texture"),
     **dict.fromkeys(("texture2DLod", "texture2DLodEXT", "textureCubeLod"), "#define {} textureLod"),
     "iFrameRate": "const float {} = 60.0;",
@@ -51,6 +52,7 @@ _HOST = {
 
 
 _COLOURS = {name: rf"\b{kind}\s+{name}\s*\(\s*(?:in\s+)?vec3\s+\w+\s*,\s*(?:in\s+)?vec3\b" for name, kind in KINDS.items()}
+_SAMPLER = re.compile(r"\buniform\s+(?:(?:highp|mediump|lowp)\s+)?sampler2D\s+([\w\s,]+);")
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,7 @@ class Prepared:
     has_albedo: bool
     has_exponent: bool
     zeroed: tuple[str, ...] = ()  # globals that the file gives no value
+    pictures: tuple[str, ...] = ()  # names that are declared as sampler2D
 
 
 def _plain(text: str) -> str:
@@ -140,6 +143,7 @@ def prepare(
         "albedo" in own | parted,
         "exponent" in own | parted,
         tuple(zeroed),
+        tuple(name.strip() for found in _SAMPLER.findall(code_only(text)) for name in found.split(",")),
     )
 
 

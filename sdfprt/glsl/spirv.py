@@ -59,7 +59,7 @@ TERMINATORS = {"Branch", "BranchConditional", "Switch", "Kill", "Return", "Retur
 
 
 IMAGE = {"ImageSampleImplicitLod", "ImageSampleExplicitLod", "ImageFetch", "Image", "ImageQuerySizeLod"}
-VOLUME = 2  # `count` of the image behind a sampler3D
+FLAT, VOLUME = 1, 2  # `count` of the image behind a sampler2D, a sampler3D
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Type:
     """kind: void, bool, int, uint, float, vector, matrix, array, struct, pointer, function, image, sampledimage, or another's.
 
     `members`: component, column, element, pointee (one id), members of a struct, or return and parameters. `count` of an
-    image is VOLUME for three dimensions of floats, else 0.
+    image is FLAT or VOLUME for two or three dimensions of floats, else 0.
     """
 
     kind: str
@@ -220,11 +220,11 @@ def _prune(module: Module) -> None:
                 used.update(i.operands)
                 if i.op == "FunctionCall":
                     waiting.append(i.operands[0])
-                flat = i.op in IMAGE and not _volume(module, i.operands[0])
-                if i.op.startswith("Op") or flat:
-                    code = 87 if flat else int(i.op[2:])
+                strange = i.op in IMAGE and not dimensions(module, module.type_of[i.operands[0]])
+                if i.op.startswith("Op") or strange:
+                    code = 87 if strange else int(i.op[2:])
                     what = (
-                        "reads a texture (a sampler other than sampler3D)"
+                        "reads a texture (a sampler other than sampler2D and sampler3D)"
                         if 86 <= code <= 107
                         else "computes in double or 16 bits; use float and int"
                         if 113 <= code <= 115
@@ -238,11 +238,17 @@ def _prune(module: Module) -> None:
     module.globals = [v for v in module.globals if v.result in used]
 
 
-def _volume(module: Module, image: int) -> bool:
-    """Whether an image, sampled or not, is one of three dimensions."""
-    kind = module.types[module.type_of[image]]
-    kind = module.types[kind.members[0]] if kind.kind == "sampledimage" else kind
-    return kind.kind == "image" and kind.count == VOLUME
+def dimensions(module: Module, type_id: int) -> int:
+    """FLAT or VOLUME for an image or sampler of that type, or a pointer to one; 0 for what cannot be read, or is neither."""
+    kind = module.types[type_id]
+    while kind.kind in ("pointer", "sampledimage"):
+        kind = module.types[kind.members[0]]
+    return kind.count if kind.kind == "image" else 0
+
+
+def samplers(module: Module) -> set[str]:
+    """Names of the textures that the entry point reads."""
+    return {module.names.get(v.result, "") for v in module.globals if dimensions(module, v.type)}
 
 
 def _type(module: Module, op: str, w: list[int]) -> None:
@@ -256,7 +262,7 @@ def _type(module: Module, op: str, w: list[int]) -> None:
         module.types[w[0]] = Type(kind, (w[1],), length.operands[0])
     elif kind == "image":
         plain = module.types[w[1]].kind == "float" and w[4:6] == [0, 0]
-        module.types[w[0]] = Type(kind, (w[1],), w[2] if plain and w[2] == VOLUME else 0)
+        module.types[w[0]] = Type(kind, (w[1],), w[2] if plain and w[2] in (FLAT, VOLUME) else 0)
     elif kind == "sampledimage":
         module.types[w[0]] = Type(kind, (w[1],))
     elif kind == "pointer":

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from sdfprt.errors import SdfprtError
 from sdfprt.glsl import operations
 from sdfprt.glsl.operations import Leaf, literal, vary
-from sdfprt.glsl.spirv import IMAGE, Instruction, Module
+from sdfprt.glsl.spirv import IMAGE, Instruction, Module, dimensions
 from sdfprt.glsl.structure import Edge, Exit, If, Loop, Node, Straight, Switch, instructions
 from sdfprt.glsl.uniformity import Uniformity
 
@@ -51,20 +51,20 @@ class Pointer:
 
 @dataclass(frozen=True)
 class Texture:
-    """A sampler3D as the kernels have it: the name of its array and its size along x, y, z."""
+    """A sampler as the kernels have it: the name of its array and its size along x, y, and z of a sampler3D, as C++."""
 
     name: str
-    size: tuple[int, int, int]
+    size: tuple[str, ...]
 
     @property
     def arguments(self) -> str:
-        return f"{self.name}, {self.size[0]}, {self.size[1]}, {self.size[2]}"
+        return ", ".join([self.name, *self.size])
 
 
 class Translator:
     """Types, constants and globals of a module; translates its functions one by one.
 
-    `textures`: by the name of each sampler3D. Raises SdfprtError for one that is not there.
+    `textures`: by the name of each sampler. Raises SdfprtError for one that is not there.
     """
 
     def __init__(self, module: Module, textures: Mapping[str, Texture] | None = None) -> None:
@@ -181,9 +181,11 @@ class _Writer:
         kinds = self.owner.leaves(f.type)
         for p in f.parameters:
             kind = types[p.type]
-            if kind.kind == "pointer" and types[kind.members[0]].kind == "sampledimage":
-                raise SdfprtError("a sampler cannot be an argument of a function here; read it under its own name")
-            if kind.kind == "pointer":
+            if axes := dimensions(self.module, p.type):
+                sizes = tuple(f"p{p.result}_{axis}" for axis in range(1 + axes))
+                parameters += [f"const float* p{p.result}", *(f"const int {size}" for size in sizes)]
+                self.textures[p.result] = Texture(f"p{p.result}", sizes)
+            elif kind.kind == "pointer":
                 storage = Storage(f"p{p.result}", tuple(self.owner.leaves(kind.members[0])), "array")
                 parameters.append(f"{_C_TYPE[storage.kind]}* p{p.result}")
                 self.pointers[p.result] = Pointer(storage, kind.members[0])
@@ -494,12 +496,17 @@ class _Writer:
             self._result(i, operations.evaluate(self.owner, i, self.values, self.temp))
 
     def _sample(self, i: Instruction) -> list[Leaf]:
-        """What a texture holds: one channel, so green and blue are 0 and alpha is 1. Levels of detail do not exist."""
+        """What a texture holds: a volume one channel, so green and blue are 0 and alpha is 1. Levels of detail do not exist."""
         texture = self.textures[i.operands[0]]
+        axes = len(texture.size)
         if i.op == "ImageQuerySizeLod":
-            return [literal(n, "i") for n in texture.size]
-        where = ", ".join(vary(leaf) for leaf in self.values[i.operands[1]][:3])
+            return [Leaf(n, "i", True) for n in texture.size]
+        where = ", ".join(vary(leaf) for leaf in self.values[i.operands[1]][:axes])
         function = "fetch" if i.op == "ImageFetch" else "sample"
+        if axes == 2:
+            size = ", ".join(texture.size)
+            channels = [f"{texture.name} + {k} * {' * '.join(texture.size)}" for k in range(4)]
+            return [self.temp("f", False, f"Picture::{function}({channel}, {size}, {where})") for channel in channels]
         return [
             self.temp("f", False, f"Volume::{function}({texture.arguments}, {where})"),
             *(literal(k == 3, "f") for k in (1, 2, 3)),
@@ -522,8 +529,8 @@ class _Writer:
         words = ["g", mask]
         for argument in arguments:
             if argument in self.textures:
-                raise SdfprtError("a sampler cannot be an argument of a function here; read it under its own name")
-            if argument in self.pointers:
+                words.append(self.textures[argument].arguments)
+            elif argument in self.pointers:
                 pointer = self.pointers[argument]
                 at, index, _, _ = self._place(pointer)
                 if index is not None or pointer.storage.form != "array":

@@ -18,3 +18,18 @@ struct Volume : Simd {
         return r;
     }
 };
+// Pictures of four channels, lowest row first: one of the channels, linear between texel centres, repeated.
+struct Picture : Simd {
+    static inline CUDA_CALLABLE F fetch(const float* data, int nx, int ny, I x, I y) {
+        return gather(data, clamp_index(y, ny) * nx + clamp_index(x, nx));
+    }
+    static inline CUDA_CALLABLE F sample(const float* data, int nx, int ny, F u, F v) {
+        const F x = fract(u) * (float)nx - 0.5f, y = fract(v) * (float)ny - 0.5f;
+        const F left = floor(x), low = floor(y), a = x - left, b = y - low;
+        const I i = to_I_safe(left), j = to_I_safe(low);
+        const I from = sel(lt(i, splat(0)), splat(nx - 1), i), to = sel(lt(i + 1, splat(nx)), i + 1, splat(0));
+        const I down = sel(lt(j, splat(0)), splat(ny - 1), j), up = sel(lt(j + 1, splat(ny)), j + 1, splat(0));
+        const F lower = mix(fetch(data, nx, ny, from, down), fetch(data, nx, ny, to, down), a);
+        return mix(lower, mix(fetch(data, nx, ny, from, up), fetch(data, nx, ny, to, up), a), b);
+    }
+};

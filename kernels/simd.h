@@ -2,7 +2,7 @@
 // F float, I int, U unsigned, M mask (-1 or 0 a lane). Polynomials are our own minimax fits; errors about 1e-7 relative.
 // This text stands inside the body of a Warp native function, so everything is a local struct.
 using namespace wp;
-#if defined(__CUDA_ARCH__)
+#if defined(__CUDA_ARCH__) || defined(SDFPRT_SCALAR)
 #define SDFPRT_LANES 1
 typedef float F;
 typedef int I;
@@ -38,8 +38,13 @@ struct Simd {
     static inline CUDA_CALLABLE M eq(I a, I b) { return -(a == b); }
     static inline CUDA_CALLABLE M lt(U a, U b) { return -(a < b); }
     static inline CUDA_CALLABLE M le(U a, U b) { return -(a <= b); }
+#if defined(__CUDA_ARCH__)
     static inline CUDA_CALLABLE F as_F(I a) { return __int_as_float(a); }
     static inline CUDA_CALLABLE I as_I(F a) { return __float_as_int(a); }
+#else
+    static inline F as_F(I a) { return __builtin_bit_cast(F, a); }
+    static inline I as_I(F a) { return __builtin_bit_cast(I, a); }
+#endif
     static inline CUDA_CALLABLE U as_U(I a) { return (U)a; }
     static inline CUDA_CALLABLE I as_I(U a) { return (I)a; }
     static inline CUDA_CALLABLE F to_F(I a) { return (F)a; }
@@ -51,8 +56,8 @@ struct Simd {
     static inline CUDA_CALLABLE F ceil(F a) { return ceilf(a); }
     static inline CUDA_CALLABLE F trunc(F a) { return truncf(a); }
     static inline CUDA_CALLABLE F round_even(F a) { return rintf(a); }
-    static inline CUDA_CALLABLE F min(F a, F b) { return fminf(a, b); }
-    static inline CUDA_CALLABLE F max(F a, F b) { return fmaxf(a, b); }
+    static inline CUDA_CALLABLE F min(F a, F b) { return a < b ? a : b; }
+    static inline CUDA_CALLABLE F max(F a, F b) { return a > b ? a : b; }
     static inline CUDA_CALLABLE F fma(F a, F b, F c) { return fmaf(a, b, c); }
 #else
     static inline float lane(F v, int i) { return v[i]; }

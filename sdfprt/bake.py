@@ -12,7 +12,7 @@ from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy import ndarray
@@ -34,7 +34,19 @@ from sdfprt.trace import GBuffer, gbuffer
 from sdfprt.transfer import compute_transfer
 
 Arrays = dict[str, ndarray]
-SIZES = ((16, 3), (32, 3), (32, 4), (64, 4), (128, 4))  # width and layers that `target_psnr` tries, small to large
+
+
+class Size(NamedTuple):
+    """Of a network: neurons a layer, linear layers, octaves of the encoding of p and n."""
+
+    width: int
+    layers: int
+    position_frequencies: int = settings.Network.position_frequencies
+    normal_frequencies: int = settings.Network.normal_frequencies
+
+
+SIZES = (Size(16, 3), Size(32, 3), Size(32, 4), Size(64, 4), Size(128, 4))  # that `target_psnr` tries, from the smallest
+ENCODINGS = ((3, 1), (5, 1))  # octaves that it then tries in the size that was found
 _VIEWS, _VIEW_SIDE, _VIEW_LIGHT = 3, 40, "sky_afternoon"  # pictures that `target_psnr` also looks at; side in pixels
 _CHUNK = 32_768  # samples a file of transfer
 _KEEP = 24  # working files that stay when a bake ends
@@ -57,11 +69,11 @@ def bake(
 ) -> Asset:
     """The asset of a scene: shipped, from the cache, or made now, resuming what an earlier call left unfinished.
 
-    `target_psnr`, dB of transfer at held-out points and of pictures from held-out views, finds the smallest of SIZES that
-    reaches it in both, in place of `width` and `layers`; `info["curve"]` holds what each reached. `preview` is a rough network
-    in seconds. `fresh` makes one even where weights ship with the scene or lie in the cache. `cluster`, a Dask scheduler's
-    address, has its workers trace the rays; the asset is the same to the bit. Raises SdfprtError where the scene has no
-    surface or its distance is NaN.
+    `target_psnr`, dB of transfer at held-out points and of pictures from held-out views, finds the smallest of SIZES and
+    ENCODINGS that reaches it in both, in place of `width` and `layers`; `info["curve"]` holds what each reached. `preview` is
+    a rough network in seconds. `fresh` makes one even where weights ship with the scene or lie in the cache. `cluster`, a Dask
+    scheduler's address, has its workers trace the rays; the asset is the same to the bit. Raises SdfprtError where the scene
+    has no surface or its distance is NaN.
     """
     resolution = settings.Surface.resolution
     if preview:
@@ -99,27 +111,70 @@ def bake(
                 _ahead(client, scene, surface, part, traced, bands, seed)
     train, validation = (_samples(scene, surface, part, traced, bands, seed) for part in parts)
 
-    # Networks, from the smallest, until one is good enough
-    curve, fitted, views = [], [], _views(scene, work, bands, seed) if target_psnr else []
-    for size in SIZES if target_psnr else ((width, layers),):
-        # A fit that stops at the target for points goes to its end where the views want more
-        for stop in (target_psnr, None) if target_psnr else (None,):
-            fit_key = _key(traced.name, size, steps, stop, asdict(settings.Fit()), asdict(settings.Network()))
-            net = _network(scene, work / f"fit-{fit_key}", train, validation, size, steps, seed, stop)
-            reached = {"validation_psnr": net.info["validation_psnr"], **({"view_psnr": _view_psnr(net, views)} if views else {})}
-            if not target_psnr or reached["validation_psnr"] < target_psnr or min(reached.values()) >= target_psnr:
-                break
-        fitted.append((min(reached.values()), net))
-        curve.append({"width": size[0], "layers": size[1], **reached})
-        if target_psnr and min(reached.values()) >= target_psnr:
-            break
-    about = {"points": points, "rays": rays, **({"curve": curve, "target_psnr": target_psnr} if target_psnr else {})}
-    best = max(fitted, key=lambda pair: pair[0])[1]
-    asset = Asset(replace(best, info=best.info | about), scene.hash, str(final))
+    # Networks
+    views = _views(scene, work, bands, seed) if target_psnr else []
+
+    def fitted(size: Size, stop: float | None) -> _Fitted:
+        fit_key = _key(traced.name, size, steps, stop, asdict(settings.Fit()), asdict(settings.Network()))
+        net = _network(scene, work / f"fit-{fit_key}", train, validation, size, steps, seed, stop)
+        return _Fitted(
+            size, net, {"validation_psnr": net.info["validation_psnr"]} | ({"view_psnr": _view_psnr(net, views)} if views else {})
+        )
+
+    tried = _search(fitted, target_psnr) if target_psnr else [fitted(Size(width, layers), None)]
+    about: dict[str, Any] = {"points": points, "rays": rays}
+    if target_psnr:
+        about |= {"curve": [each.row for each in tried], "target_psnr": target_psnr}
+    good = [each for each in tried if each.least >= (target_psnr or 0)]
+    best = min(good, key=lambda each: each.weights) if good else max(tried, key=lambda each: each.least)
+    asset = Asset(replace(best.net, info=best.net.info | about), scene.hash, str(final))
     final.parent.mkdir(parents=True, exist_ok=True)
     asset.save(final)
     _trim(work)
     return asset
+
+
+@dataclass(frozen=True)
+class _Fitted:
+    """A network of some size, and the PSNR that it reached at points and in views."""
+
+    size: Size
+    net: TransferNet
+    reached: dict[str, float]
+
+    @property
+    def least(self) -> float:
+        return min(self.reached.values())
+
+    @property
+    def weights(self) -> int:
+        return sum(w.size + b.size for w, b in self.net.weights)
+
+    @property
+    def row(self) -> dict[str, float]:
+        return {**self.size._asdict(), "weights": self.weights, **self.reached}
+
+
+def _search(fitted: Callable[[Size, float | None], _Fitted], target: float) -> list[_Fitted]:
+    """SIZES until one reaches the target, then ENCODINGS in that size until one does; all that were tried, in that order."""
+
+    def one(size: Size) -> _Fitted:
+        # A fit that stops at the target for points goes to its end where the views want more
+        found = fitted(size, target)
+        return found if found.reached["validation_psnr"] < target or found.least >= target else fitted(size, None)
+
+    tried: list[_Fitted] = []
+    for size in SIZES:
+        tried.append(one(size))
+        if tried[-1].least >= target:
+            break
+    else:
+        return tried
+    for octaves in ENCODINGS:
+        tried.append(one(Size(*tried[-1].size[:2], *octaves)))
+        if tried[-1].least >= target:
+            break
+    return tried
 
 
 @dataclass(frozen=True)
@@ -225,7 +280,7 @@ def _network(
     stem: Path,
     train: tuple[ndarray, ndarray, ndarray],
     validation: tuple[ndarray, ndarray, ndarray],
-    size: tuple[int, int],
+    size: Size,
     steps: int,
     seed: int,
     target_psnr: float | None,
@@ -236,8 +291,7 @@ def _network(
         return TransferNet.load(done)
     net = fit_transfer(
         *train,
-        width=size[0],
-        layers=size[1],
+        **size._asdict(),
         center=scene.center,
         extent=scene.extent,
         steps=steps,

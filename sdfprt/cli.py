@@ -245,7 +245,9 @@ def bake(
         asset.save(output)
     info = asset.info
     for size in info.get("curve", ()):
-        print(f"k={size['width']} l={size['layers']}: points {size['validation_psnr']:.1f} dB, views {size['view_psnr']:.1f} dB")
+        octaves = f"{size['position_frequencies']}+{size['normal_frequencies']} octaves, {size['weights']} weights"
+        reached = f"points {size['validation_psnr']:.1f} dB, views {size['view_psnr']:.1f} dB"
+        print(f"k={size['width']} l={size['layers']}, {octaves}: {reached}")
     print(f"{scene}: validation RMSE {info['validation_rmse']:.4f}, {time.perf_counter() - start:.1f} s")
     if output is not None:
         print(output)

@@ -104,13 +104,12 @@ def colours(
     if not (scene.has_albedo or scene.has_exponent):
         return None, None
     count = len(points)
-    packets = -(-count // native.LANES)
-    rows = np.zeros((packets * native.LANES, 6), np.float32)
+    rows = np.zeros((native.padded(count), 6), np.float32)
     rows[:count] = np.concatenate([points, normals], axis=1)
     flat = wp.array(dtype=float)
     body = f"#define SDFPRT_HAS_ALBEDO {int(scene.has_albedo)}\n#define SDFPRT_HAS_EXPONENT {int(scene.has_exponent)}\n"
     kernel = native.build(body + scene.native_colour, ("colour.h",), {"rows": flat, "out": flat})
-    out = wp.zeros(4 * len(rows), dtype=float, device="cpu")
-    native.launch(kernel, packets, [wp.array(rows.ravel(), dtype=float, device="cpu"), out])
+    out = native.zeros(4 * len(rows))
+    native.launch(kernel, len(rows) // native.lanes(), [native.array(rows), out])
     values = out.numpy().reshape(-1, 4)[:count]
     return (values[:, :3] if scene.has_albedo else None), (values[:, 3] if scene.has_exponent else None)

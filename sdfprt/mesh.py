@@ -46,14 +46,12 @@ class Mesh:
 
     @functools.cached_property
     def _tree(self) -> wp.Mesh:
-        points = wp.array(self.vertices, dtype=wp.vec3, device="cpu")
-        indices = wp.array(self.faces.ravel().astype(np.int32), dtype=int, device="cpu")
+        points, indices = native.array(self.vertices, wp.vec3), native.array(self.faces.astype(np.int32), int)
         return wp.Mesh(points=points, indices=indices, support_winding_number=True)
 
     def distance(self, points: Float[ndarray, "n 3"]) -> Float[ndarray, "n"]:
         """Signed distance at each point, negative inside; units of the mesh."""
-        out = wp.empty(len(points), dtype=float, device="cpu")
-        places = wp.array(np.ascontiguousarray(points, np.float32), dtype=wp.vec3, device="cpu")
+        out, places = native.zeros(len(points)), native.array(points.astype(np.float32), wp.vec3)
         reach = 4 * (self.diagonal + float(np.abs(points - self.vertices.mean(0)).max())) if len(points) else 0.0
         native.launch(_kernel(), len(points), [self._tree.id, places, reach, out])
         return out.numpy()

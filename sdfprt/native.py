@@ -1,9 +1,9 @@
-"""Warp kernels around a scene's C++: pieces of kernels/*.h joined in one native function, launched on both CPU threads.
+"""Warp kernels around a scene's C++: pieces of kernels/*.h joined in one native function, run on all CPU threads or on CUDA.
 
 A body sees `Simd`, the scene's struct and its arguments (arrays as `name.data`), and handles item `item`:
 
     kernel = build(scene_cpp, ("distance.h",), {"points": wp.array(dtype=float), "out": wp.array(dtype=float)})
-    launch(kernel, count, [points, out])
+    launch(kernel, padded(count) // lanes(), [array(points), out])
 """
 
 import functools
@@ -18,11 +18,54 @@ import numpy as np
 import warp as wp
 from numpy import ndarray
 
+from sdfprt.errors import SdfprtError
 from sdfprt.resources import folder
 
 wp.config.log_level = wp.LOG_ERROR  # standard output is for results
-LANES = 16  # of a packet on the CPU, as in kernels/simd.h; arrays of rays are padded to whole packets
+LANES = 16  # of a packet on the CPU, as in kernels/simd.h; arrays of rays are padded to whole packets everywhere
+DEVICE = "SDFPRT_DEVICE"
 THREADS = min(os.cpu_count() or 1, 16)
+
+
+def device() -> str:
+    """Where kernels run, $SDFPRT_DEVICE: cpu (the default), cuda, cuda:1 …, or scalar, the CPU with one lane as CUDA has it.
+
+    Raises SdfprtError for another name, and for a CUDA device that Warp does not find.
+    """
+    name = os.environ.get(DEVICE, "cpu")
+    if name not in ("cpu", "scalar"):
+        try:
+            if not re.fullmatch(r"cuda(:\d+)?", name):
+                raise ValueError("there are cpu, cuda, cuda:1 …, and scalar")
+            wp.get_device(name)
+        except Exception as error:
+            raise SdfprtError(f"{DEVICE}={name}: {error}") from None
+    return name
+
+
+def lanes() -> int:
+    """Rays, or points, that an item of a kernel has side by side."""
+    return LANES if device() == "cpu" else 1
+
+
+def padded(count: int) -> int:
+    """`count` up to whole packets."""
+    return -(-count // LANES) * LANES
+
+
+def array(values: Any, kind: Any = float) -> wp.array:
+    """Values where kernels run, flat but for the components of a vector `kind`."""
+    values = np.asarray(values)
+    flat = values.ravel() if kind in (float, int, wp.int16) else values
+    return wp.array(np.ascontiguousarray(flat), dtype=kind, device=_place())
+
+
+def zeros(count: int) -> wp.array:
+    return wp.zeros(count, dtype=float, device=_place())
+
+
+def _place() -> str:
+    return device().replace("scalar", "cpu")
 
 
 @functools.cache
@@ -37,7 +80,8 @@ def build(scene: str, pieces: tuple[str, ...], arguments: dict[str, Any]):
     textures = tuple(dict.fromkeys(re.findall(r"\btexture_[0-9a-f]{16}\b", scene)))
     shared = [piece("texture.h"), *(f"static const float* {name};" for name in textures)] if textures else []
     given = [f"{name} = given_{name}.data;" for name in textures]  # the same for all threads
-    text = "\n".join([piece("simd.h"), *shared, scene, *given, *(piece(name) for name in pieces)])
+    scalar = ["#define SDFPRT_SCALAR"] if device() == "scalar" else []
+    text = "\n".join([*scalar, piece("simd.h"), *shared, scene, *given, *(piece(name) for name in pieces)])
     key = hashlib.sha256(text.encode()).hexdigest()[:16]
     extra = tuple((f"given_{name}", wp.array(dtype=float)) for name in textures)
     return _kernel(key, text, (*arguments.items(), *extra))
@@ -50,15 +94,15 @@ def texture(values: ndarray) -> str:
 
 def keep_texture(values: ndarray) -> wp.array:
     """Make an array readable to kernels; the caller holds what comes back for as long as they may run."""
-    name = texture(values)
-    kept = _textures.get(name)
+    key = _place(), texture(values)
+    kept = _textures.get(key)
     if kept is None:
-        kept = wp.array(np.ascontiguousarray(values, np.float32).ravel(), dtype=float, device="cpu")
-        _textures[name] = kept
+        kept = array(values.astype(np.float32))
+        _textures[key] = kept
     return kept
 
 
-_textures: weakref.WeakValueDictionary[str, wp.array] = weakref.WeakValueDictionary()
+_textures: weakref.WeakValueDictionary[tuple[str, str], wp.array] = weakref.WeakValueDictionary()
 
 
 @functools.lru_cache(maxsize=64)
@@ -85,17 +129,18 @@ def _kernel(key: str, text: str, arguments: tuple):
 
 
 @no_type_check
-def launch(kernel, count: int, arguments: list, device: str = "cpu") -> None:
+def launch(kernel, count: int, arguments: list) -> None:
     """Run items 0 … count - 1; on the CPU in one part a thread, since Warp releases Python's lock while it runs."""
-    wp.load_module(kernel.module, device=device)
-    arguments = [*arguments, *(_textures[name] for name in getattr(kernel, "textures", ()))]
-    if not device.startswith("cpu") or count < 2 * THREADS:
-        wp.launch(kernel, dim=count, inputs=[*arguments, 0], device=device)
+    place = _place()
+    wp.load_module(kernel.module, device=place)
+    arguments = [*arguments, *(_textures[place, name] for name in getattr(kernel, "textures", ()))]
+    if place != "cpu" or count < 2 * THREADS:
+        wp.launch(kernel, dim=count, inputs=[*arguments, 0], device=place)
         return
     edges = [count * k // THREADS for k in range(THREADS + 1)]
 
     def run(k: int) -> None:
-        wp.launch(kernel, dim=edges[k + 1] - edges[k], inputs=[*arguments, edges[k]], device=device)
+        wp.launch(kernel, dim=edges[k + 1] - edges[k], inputs=[*arguments, edges[k]], device=place)
 
     with ThreadPoolExecutor(THREADS) as pool:
         list(pool.map(run, range(THREADS)))

@@ -68,7 +68,7 @@ def reference_image(
     keep: bool = True,
     background: bool = False,
 ) -> Result:
-    """Path traced picture with its error; `spp` paths a pixel, rounded up to packets of 16 for each of samples**2 rays.
+    """Path traced picture with its error; `spp` paths a pixel, rounded up to packets (16 on the CPU) for each of samples**2 rays.
 
     bounces 0 is direct light, what transfer models. With `checkpoint` the sums are kept in that file, and a later call with the
     same arguments goes on from there (or on to a higher spp); without `keep` a file of another picture is begun anew, and the
@@ -80,9 +80,9 @@ def reference_image(
     material, camera = material or scene.material, camera or scene.camera
     origin, directions = camera.rays(size, samples)
     directions = directions.reshape(-1, 3)
-    packets = max(2, -(-spp // (native.LANES * samples**2)))
+    packets = max(2, -(-spp // (native.lanes() * samples**2)))
     tracer = _Tracer(scene, light, material, origin, bounces)
-    key = _key(scene, light, material, camera, size, samples, bounces, seed)
+    key = _key(scene, light, material, camera, size, samples, bounces, seed, native.lanes())
     tiles = [slice(first, first + TILE) for first in range(0, len(directions), TILE)]
     sums = _load(checkpoint, key, len(directions), len(tiles), keep)
     saved = time.monotonic()
@@ -110,7 +110,7 @@ def reference_image(
         mean.reshape(*cells, 3).mean(axis=(1, 3)).astype(np.float32),
         sums.alpha.reshape(cells).mean(axis=(1, 3)).astype(np.float32),
         (np.sqrt(variance.reshape(*cells, 3).mean(axis=(1, 3))) / samples).astype(np.float32),
-        int(sums.packets.min()) * native.LANES * samples**2,
+        int(sums.packets.min()) * native.lanes() * samples**2,
     )
 
 
@@ -156,7 +156,7 @@ class _Tracer:
             *_colours(material),
             *np.ravel(light.rotation),
         ]
-        self.constant = [_array(v) for v in (numbers, light.pixels, density, rows, columns)]
+        self.constant = [native.array(v) for v in (numbers, light.pixels, density, rows, columns)]
         self.shape = [height, width, bounces]
         names = ("directions", "numbers", "pixels", "density", "rows", "columns")
         kinds = {name: wp.array(dtype=float) for name in names}
@@ -167,15 +167,11 @@ class _Tracer:
     def run(self, directions: ndarray, start: int, packets: int, seed: int) -> tuple[ndarray, ndarray, ndarray]:
         """Sums of packet means and of their squares (N, 3), and hits (N,), of N rays whose first has the number `start`."""
         count = len(directions)
-        out = [wp.zeros(count * channels, dtype=float, device="cpu") for channels in (3, 3, 1)]
-        arguments = [_array(directions), *self.constant, *self.shape, start, packets, seed % 2**31, *out]
+        out = [native.zeros(count * channels) for channels in (3, 3, 1)]
+        arguments = [native.array(directions), *self.constant, *self.shape, start, packets, seed % 2**31, *out]
         native.launch(self.kernel, count, arguments)
         total, squares, alpha = (array.numpy().astype(np.float64) for array in out)
         return total.reshape(-1, 3), squares.reshape(-1, 3), alpha
-
-
-def _array(values) -> wp.array:
-    return wp.array(np.ascontiguousarray(values, np.float32).ravel(), dtype=float, device="cpu")
 
 
 def _colours(material: Material) -> list[float]:

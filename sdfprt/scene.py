@@ -43,7 +43,6 @@ from sdfprt.textures import Texels
 
 UNIT: Box = ((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
 NORMAL_STEP = 2e-4  # half width of the taps, of the diagonal
-_PAD = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -319,17 +318,16 @@ class Scene:
 
     def _evaluate(self, points: ndarray, step: float) -> ndarray:
         points = np.ascontiguousarray(points, np.float32)
-        packets = -(-len(points) // _PAD)
-        padded = np.zeros((packets * _PAD, 3), np.float32)
+        padded = np.zeros((native.padded(len(points)), 3), np.float32)
         padded[: len(points)] = points
         padded[len(points) :] = points[-1] if len(points) else 0
-        out = wp.empty(len(padded) * (3 if step else 1), dtype=float, device="cpu")
+        out = native.zeros(len(padded) * (3 if step else 1))
         kernel = native.build(
             self.native,
             ("distance.h",),
             {"points": wp.array(dtype=float), "out": wp.array(dtype=float), "step": float},
         )
-        native.launch(kernel, packets, [wp.array(padded.ravel(), dtype=float, device="cpu"), out, step])
+        native.launch(kernel, len(padded) // native.lanes(), [native.array(padded), out, step])
         return out.numpy()
 
 

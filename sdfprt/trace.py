@@ -23,14 +23,14 @@ class GBuffer:
 
 
 def box_array(scene: Scene) -> wp.array:
-    return wp.array(np.asarray(scene.bounds, np.float32).ravel(), dtype=float, device="cpu")
+    return native.array(scene.bounds)
 
 
 def _rays(scene: Scene, piece: str, origins: ndarray, directions: ndarray, near: float) -> ndarray:
     """Run trace.h and `piece` over rays, padded to whole packets."""
     count = len(directions)
-    packets = -(-count // native.LANES)
-    o, d = np.zeros((packets * native.LANES, 3), np.float32), np.ones((packets * native.LANES, 3), np.float32)
+    padded = native.padded(count)
+    o, d = np.zeros((padded, 3), np.float32), np.ones((padded, 3), np.float32)
     o[:count], d[:count] = origins, directions
     flat = wp.array(dtype=float)
     kernel = native.build(
@@ -41,10 +41,9 @@ def _rays(scene: Scene, piece: str, origins: ndarray, directions: ndarray, near:
             "near": float, "step": float, "relaxation": float, "steps": int,
         },
     )  # fmt: skip
-    out = wp.empty(len(o), dtype=float, device="cpu")
-    arrays = [wp.array(x.ravel(), dtype=float, device="cpu") for x in (o, d)]
+    out = native.zeros(padded)
     limits = [near * scene.diagonal, scene.step, settings.Trace.relaxation, settings.Trace.steps]
-    native.launch(kernel, packets, [*arrays, out, box_array(scene), *limits])
+    native.launch(kernel, padded // native.lanes(), [native.array(o), native.array(d), out, box_array(scene), *limits])
     return out.numpy()[:count]
 
 

@@ -83,19 +83,18 @@ def compute_transfer(
         },
     )  # fmt: skip
     result = np.empty((len(points), bands * bands), np.float32)
-    norms = wp.array(_norms(bands), dtype=float, device="cpu")
+    norms = native.array(_norms(bands))
     size = scene.diagonal
     limits = [settings.Trace.lift * size, settings.Trace.epsilon * size, scene.step]
-    order = wp.array(_order(rays), dtype=int, device="cpu")
+    order = native.array(_order(rays), int)
     by = lattice or NO_LATTICE
-    corners = wp.array(by.corners.ravel(), dtype=wp.int16, device="cpu")
-    frame = wp.array(by.frame, dtype=float, device="cpu")
+    corners, frame = native.array(by.corners, wp.int16), native.array(by.frame)
     with track("transfer", len(points)) as advance:
         for first in range(0, len(points), _CHUNK):
             part = slice(first, min(first + _CHUNK, len(points)))
             count = part.stop - first
-            out = wp.empty(count * bands * bands, dtype=float, device="cpu")
-            arrays = [wp.array(x[part].ravel(), dtype=float, device="cpu") for x in (points, normals)]
+            out = native.zeros(count * bands * bands)
+            arrays = [native.array(x[part]) for x in (points, normals)]
             fixed = [out, box_array(scene), norms, order, corners, frame, bands, rays, seed, start + first, int(shadowed), count]
             native.launch(kernel, -(-count // GROUP), [*arrays, *fixed, *limits, settings.Trace.steps])
             result[part] = out.numpy().reshape(count, -1)

@@ -24,6 +24,7 @@ from sdfprt.network import TransferNet
 from sdfprt.scene import Scene
 from sdfprt.shader import (
     BACKGROUND,
+    GRAIN,
     LIGHT,
     SURFACE,
     VERSION,
@@ -42,6 +43,7 @@ from sdfprt.shader import (
 from sdfprt.textures import Texels
 
 _PROGRAMS = 24  # kept at most
+CONES = 7  # unit of what the coarse pass found
 TEXTURES = 8  # unit of a scene's first texture
 Texture = moderngl.Texture | moderngl.Texture3D
 _TILE = 1024  # samples along a side that are rendered at once
@@ -81,13 +83,15 @@ def network_of(asset: Asset | TransferNet, scene: Scene) -> TransferNet:
 
 
 class Target:
-    """Textures of one tile: what the first pass sees, the list of its hits, and the radiance of the second."""
+    """Textures of one tile: free cones, what the first pass sees, the list of its hits, and the radiance of the second."""
 
     def __init__(self, size: tuple[int, int]) -> None:
         gl = context()
         self.size = size
         self.seen = [gl.texture(size, 4, dtype="f4") for _ in range(3)]
         self.radiance = gl.texture(size, 4, dtype="f4")
+        self.cones = gl.texture((-(-size[0] // GRAIN), -(-size[1] // GRAIN)), 1, dtype="f4")
+        self.coarse = gl.framebuffer([self.cones])
         depth = gl.depth_renderbuffer(size)
         self.surface = gl.framebuffer(self.seen, depth)
         self.light = gl.framebuffer([self.radiance], depth)
@@ -103,6 +107,7 @@ class Renderer:
         self._targets: dict[tuple[int, int], Target] = {}
         self._textures: dict[str, Texture] = {}
         self._weights: dict[str, moderngl.Texture] = {}
+        self._lit: dict[str, int] = {}  # samples, by the network's digest
 
     def surface(self, scene: Scene) -> moderngl.Program:
         """The program of the first pass, with what belongs to the scene set."""
@@ -124,6 +129,18 @@ class Renderer:
         _kept(self._weights, net.digest, lambda: network_texture(context(), net)).use(4)
         give(program, once=1, networkWeights=4, surfacePoint=0, surfaceDirection=1, surfaceColour=2, **network_uniforms(net))
         return program
+
+    def form(self, net: TransferNet, samples: int) -> tuple[int, str]:
+        """`points` and `constant` of the variant that lights so many samples more.
+
+        A GPU's invocation takes one point. On a CPU, where each fetch of a weight is dear, it takes 8 (on llvmpipe 4, 8 and 16
+        ran at 0.76, 1 and 0.96 of the speed of 8, k=64), and compiling the weights in, which takes seconds, pays after some frames.
+        """
+        if not on_cpu():
+            return 1, ""
+        self._lit[net.digest] = self._lit.get(net.digest, 0) + samples
+        few = sum(weight.size for weight, _ in net.weights) <= settings.Render.constant_most
+        return (1, net.digest) if few and self._lit[net.digest] > settings.Render.constant_after else (8, "")
 
     def background(self) -> moderngl.Program:
         return self._program("", background_fragment, BACKGROUND, "background")
@@ -242,18 +259,16 @@ def set_material(program: moderngl.ComputeShader, scene: Scene, material: Materi
     give(program, hasAlbedo=scene.has_albedo, hasExponent=scene.has_exponent, **parts(material))
 
 
-def set_camera(program: moderngl.Program, camera: Camera, viewport: tuple[int, int, int, int]) -> None:
-    """`viewport`: first sample of the tile, samples of the whole picture."""
-    give(program, eye=tuple(camera.eye), axes=camera.plane(viewport[2] / viewport[3]), viewport=viewport)
+def set_camera(program: moderngl.Program, camera: Camera, viewport: tuple[int, int, int, int], grain: int = 1) -> None:
+    """`viewport`: first sample of the tile, samples of the whole picture; a fragment stands for `grain` of them along a side."""
+    own = tuple(v / grain for v in viewport)
+    give(program, eye=tuple(camera.eye), axes=camera.plane(viewport[2] / viewport[3]), viewport=own)
 
 
 @functools.cache
-def _points_together() -> int:
-    """Samples an invocation of the second pass takes: 8 on a CPU, where each fetch of a weight is dear, 1 on a GPU.
-
-    On llvmpipe 4, 8 and 16 ran at 0.76, 1 and 0.96 of the speed of 8 (k=64).
-    """
-    return 8 if any(name in context().info["GL_RENDERER"] for name in ("llvmpipe", "softpipe", "SwiftShader")) else 1
+def on_cpu() -> bool:
+    """Whether the driver computes on the CPU."""
+    return any(name in context().info["GL_RENDERER"] for name in ("llvmpipe", "softpipe", "SwiftShader"))
 
 
 def tiles(size: tuple[int, int], samples: int) -> list[tuple[int, int, int, int]]:
@@ -266,7 +281,14 @@ def tiles(size: tuple[int, int], samples: int) -> list[tuple[int, int, int, int]
 def trace_tile(scene: Scene, camera: Camera, tile: tuple[int, int, int, int], whole: tuple[int, int]) -> Target:
     """The first pass over one tile of a picture of `whole` samples."""
     program, target = renderer().surface(scene), renderer().target(tile[2:])
+    set_camera(program, camera, (*tile[:2], *whole), GRAIN)
+    give(program, coarse=True, freeCones=CONES)
+    context().disable(moderngl.DEPTH_TEST)
+    target.coarse.use()
+    renderer().draw(program)
     set_camera(program, camera, (*tile[:2], *whole))
+    give(program, coarse=False)
+    target.cones.use(CONES)
     target.light.clear()
     target.surface.clear(depth=1.0)
     target.surface.use()
@@ -307,7 +329,9 @@ def frame(
     coefficients, strength = light.sh_dered(bands) if dering else (light.sh(bands), 0.0)
 
     # What stays the same for all tiles
-    variant = Variant(lobes_of(material), bands, result_bands or net.bands, fixed_light, _points_together())
+    whole = (size[0] * samples, size[1] * samples)
+    form = renderer().form(net, whole[0] * whole[1])
+    variant = Variant(lobes_of(material), bands, result_bands or net.bands, fixed_light, *form)
     lighting = renderer().lighting(net, variant)
     held = set_light(lighting, variant, net.bands, coefficients)
     set_material(lighting, scene, material)
@@ -319,7 +343,6 @@ def frame(
         give(behind, toMap=light.rotation, environment=3)  # rows written as columns: the transpose is the inverse
 
     # Trace, light what was hit, fill the rest
-    whole = (size[0] * samples, size[1] * samples)
     pixels = np.zeros((size[1], size[0], 4), np.float32)
     for tile in tiles(size, samples):
         target = trace_tile(scene, camera, tile, whole)
@@ -327,7 +350,9 @@ def frame(
             texture.use(unit)
         target.radiance.bind_to_image(0, read=False, write=True)
         context().memory_barrier()
-        lighting.run(-(-tile[2] * tile[3] // (variant.points * _GROUP)))
+        # No more groups than there are hits: a CPU's driver runs the others through, masked
+        seen = int(np.frombuffer(target.list.read(4), np.uint32)[0])
+        lighting.run(-(-seen // (variant.points * _GROUP)))
         context().memory_barrier()
         if behind is not None:
             target.light.use()

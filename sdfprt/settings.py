@@ -60,6 +60,8 @@ class Render:
     height: int = 512
     samples: int = 1  # n x n in each pixel
     exposure: float = 1.0  # PNG only, multiplies radiance before the tone curve
+    constant_after: int = 2_000_000  # samples lit by a network until, on a CPU, its weights become constants: seconds to compile
+    constant_most: int = 50_000  # weights that do
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ import numpy as np
 
 from sdfprt import settings, sh
 from sdfprt.glsl.parts import KINDS
-from sdfprt.glsl.text import blocks, fours, number, without_comments
+from sdfprt.glsl.text import blocks, fours, number, vector, without_comments
 from sdfprt.material import Diffuse, Material, parts
-from sdfprt.network import TransferNet
+from sdfprt.network import SLOPE, TransferNet
 from sdfprt.resources import folder
 from sdfprt.scene import NORMAL_STEP, Scene
 
@@ -22,6 +22,7 @@ VERSION = "#version 430"
 SURFACE = ("camera", "trace", "normal", "surface")
 LIGHT = ("network", "sh", "shade", "light")
 BACKGROUND = ("camera", "background")
+GRAIN = 8  # samples along a side that a cone of the coarse pass holds
 _TEXELS = 1024  # in a row of the texture of weights
 
 
@@ -34,6 +35,7 @@ class Variant:
     result_bands: int = 4
     fixed_light: bool = True
     points: int = 1  # samples an invocation takes through the network together
+    constant: str = ""  # digest of the network whose weights are in the text
 
 
 def lobes_of(material: Material) -> int:
@@ -78,7 +80,6 @@ def scene_uniforms(scene: Scene) -> dict[str, Any]:
         "boundsHigh": high,
         "hitDistance": settings.Trace.hit * scene.diagonal,
         "stepFactor": scene.step,
-        "relaxation": settings.Trace.relaxation,
         "marchSteps": settings.Trace.steps,
         "normalStep": NORMAL_STEP * scene.diagonal,
     }
@@ -97,7 +98,7 @@ def picture_uniforms(material: Material) -> dict[str, Any]:
 
 def surface_fragment(scene: Scene) -> str:
     """The first pass: what each sample sees."""
-    ours = "\n".join([VERSION, *flags(scene), join(SURFACE)])
+    ours = "\n".join([VERSION, f"#define GRAIN {GRAIN}", *flags(scene), join(SURFACE)])
     return "\n".join([ours, renamed(ours, scene.shader_source), "#line 1", scene.shader_source])
 
 
@@ -107,9 +108,43 @@ def background_fragment() -> str:
 
 
 def light_compute(net: TransferNet, variant: Variant) -> str:
-    """The second pass, a compute shader; neither weights nor text of the user's, so it is the same for all scenes."""
+    """The second pass, a compute shader without text of the user's; without weights too, the same for all, if not `constant`."""
     tau = [] if variant.fixed_light else [tau_text(net.bands, variant.light_bands, variant.result_bands)]
-    return "\n".join([VERSION, defines(net, variant), *tau, join(LIGHT)])
+    text = join(LIGHT) if not variant.constant else f"{constant_network(net)}\n{join(LIGHT[1:])}"
+    return "\n".join([VERSION, defines(net, variant), *tau, text])
+
+
+def constant_network(net: TransferNet) -> str:
+    """What network.glsl computes, for one point, as statements with the weights in them.
+
+    Generated code is the exception here: Mesa's CPU driver fetches what it reads from textures and buffers lane by lane, and
+    multiplies by constants seven times as fast.
+    """
+    lines = ["void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS]) {"]
+
+    # Features, each octave by the formulas of the double angle
+    lines.append(f"vec3 e0 = (p[0] - {vector(net.center)}) / {number(net.extent)}, e1 = n[0];")
+    at = 2
+    for source, octaves in (("e0", net.position_frequencies), ("e1", net.normal_frequencies)):
+        for octave in range(octaves):
+            sine, cosine = f"e{at - 2}", f"e{at - 1}"
+            first, twice = (f"{f}({number(np.pi)} * {source})" for f in ("sin", "cos")), f"2.0 * {sine}"
+            values = first if octave == 0 else (f"{twice} * {cosine}", f"1.0 - {twice} * {sine}")
+            lines += [f"vec3 e{at + k} = {value};" for k, value in enumerate(values)]
+            at += 2
+    layer = [f"e{i}.{axis}" for i in range(at) for axis in "xyz"]
+
+    # Layers, a column of a block of four rows a statement: so they compile in half the time of mat4
+    for depth, (weight, bias) in enumerate(net.weights):
+        rows = np.pad(weight, ((0, -len(weight) % 4), (0, 0))).reshape(-1, 4, weight.shape[1])
+        for i, (block, start) in enumerate(zip(rows, fours(bias), strict=True)):
+            lines.append(f"vec4 s{depth}_{i} = {vector(start)};")
+            lines += [f"s{depth}_{i} += {vector(column)} * {value};" for column, value in zip(block.T, layer, strict=True)]
+        lines += [f"vec4 h{depth}_{i} = max(s{depth}_{i}, {SLOPE} * s{depth}_{i});" for i in range(len(rows))]
+        layer = [f"h{depth}_{k // 4}.{'xyzw'[k % 4]}" for k in range(len(bias))]
+    last = len(net.weights) - 1
+    lines += [f"transfer[{i}] = {vector(scale)} * tanh(s{last}_{i});" for i, scale in enumerate(fours(net.scale))]
+    return "\n".join([*lines, "}"])
 
 
 def shader_columns(net: TransferNet) -> np.ndarray:

@@ -1,7 +1,7 @@
 // The pinhole: rays through sample centres, row 0 on top; the framebuffer's first row is the picture's first row.
 uniform vec3 eye;
 uniform mat3 axes;       // columns: right * half width, up * half height, forward
-uniform vec4 viewport;   // xy: first sample of this tile, zw: samples of the whole picture
+uniform vec4 viewport;   // xy: first sample of this tile, zw: samples of the whole picture; of the coarse pass, in its own
 
 vec3 viewOrigin() {
     return eye;

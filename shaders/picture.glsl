@@ -2,7 +2,7 @@
 vec3 viewOrigin();
 vec3 viewRay();
 float footprint();
-float march(vec3 o, vec3 d, float width);
+float march(vec3 o, vec3 d, float width, float begin, float cone);
 vec3 surfaceNormal(vec3 p);
 void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS]);
 vec3 shade(vec3 n, vec3 o, vec4 transfer[OUTPUTS], vec3 base, float s);
@@ -47,7 +47,7 @@ vec3 behind(vec3 d) {
 // Radiance along the ray through this fragment.
 vec3 seenRadiance() {
     vec3 o = viewOrigin(), d = viewRay();
-    float t = march(o, d, footprint());
+    float t = march(o, d, footprint(), 0.0, 0.0);
     if (t < 0.0) return behind(d);
     vec3 p[POINTS], n[POINTS];
     p[0] = o + d * t;

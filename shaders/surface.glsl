@@ -1,8 +1,9 @@
-// First pass: what each sample sees, and a list of the samples that hit for the second pass.
+// First pass: what each sample sees, and a list of the samples that hit for the second pass. Before it, with `coarse`, how far
+// the cones about tiles of samples are free.
 vec3 viewOrigin();
 vec3 viewRay();
 float footprint();
-float march(vec3 o, vec3 d, float width);
+float march(vec3 o, vec3 d, float width, float begin, float cone);
 vec3 surfaceNormal(vec3 p);
 #ifdef HAS_ALBEDO
 vec3 albedo(vec3 p, vec3 n);
@@ -10,6 +11,8 @@ vec3 albedo(vec3 p, vec3 n);
 #ifdef HAS_EXPONENT
 float exponent(vec3 p, vec3 n);
 #endif
+uniform bool coarse;
+uniform sampler2D freeCones;  // of the coarse pass; GRAIN samples a texel along a side
 layout(std430, binding = 0) buffer SeenSamples {
     uint seenCount;
     uint seen[];  // y << 16 | x
@@ -20,7 +23,13 @@ layout(location = 2) out vec4 surfaceColour;    // albedo and exponent where the
 
 void main() {
     vec3 o = viewOrigin(), d = viewRay();
-    float t = march(o, d, footprint());
+    float begin = coarse ? 0.0 : texelFetch(freeCones, ivec2(gl_FragCoord.xy) / GRAIN, 0).x;
+    if (begin < 0.0) discard;
+    float t = march(o, d, footprint(), begin, coarse ? 0.75 * footprint() : 0.0);
+    if (coarse) {
+        surfacePoint = vec4(t);  // the others are not there
+        return;
+    }
     if (t < 0.0) discard;
     vec3 p = o + d * t, n = surfaceNormal(p);
     seen[atomicAdd(seenCount, 1u)] = uint(gl_FragCoord.y) << 16 | uint(gl_FragCoord.x);

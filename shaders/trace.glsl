@@ -1,44 +1,59 @@
-// Sphere tracing inside the bounds, over-relaxed with the safe step to fall back on (Hart 1996, Sec. 2; Keinert et al. 2014).
+// Sphere tracing inside the bounds, over-relaxed by the slope with the safe step to fall back on (Hart 1996, Sec. 2; Balint and
+// Valasek 2018), of rays and of cones about many rays.
 float sdfprt_distance(vec3 p);
 uniform vec3 boundsLow;
 uniform vec3 boundsHigh;
 uniform float stepFactor;   // of the scene: below 1 where its field overestimates
-uniform float relaxation;
 uniform float hitDistance;  // what counts as the surface, scene units
 uniform int marchSteps;
 
 // Where the ray enters and leaves the bounds; it enters after it leaves on a miss.
-vec2 clipToBounds(vec3 o, vec3 d) {
+// The bounds are those of a cone's axis: grown by its radius where it leaves them.
+vec2 clipToBounds(vec3 o, vec3 d, float cone) {
     vec3 safe = mix(d, vec3(1e-20), lessThan(abs(d), vec3(1e-20)));
-    vec3 a = (boundsLow - o) / safe, b = (boundsHigh - o) / safe;
+    vec3 grown = vec3(cone * (length(o - 0.5 * (boundsLow + boundsHigh)) + length(boundsHigh - boundsLow)));
+    vec3 a = (boundsLow - grown - o) / safe, b = (boundsHigh + grown - o) / safe;
     vec3 low = min(a, b), high = max(a, b);
     return vec2(max(max(low.x, low.y), max(low.z, 0.0)), min(high.x, min(high.y, high.z)));
 }
 
-// Distance along d to the surface, or -1. `width` is the size of a sample at distance 1: a ray that creeps along a
-// silhouette until the steps run out counts as a hit within half of it. A ray that enters inside the solid hits there.
-float march(vec3 o, vec3 d, float width) {
-    vec2 inside = clipToBounds(o, d);
-    float t = inside.x, free = 0.0, taken = 0.0, omega = relaxation, nearest = 1e30;
-    bool alive = inside.x < inside.y;
+// Distance along d to the surface, or -1; nothing lies before `begin`. `width` is the size of a sample at distance 1: chords
+// through the solid shorter than a quarter of it are passed over, and a ray that creeps along a silhouette until the steps run
+// out counts as a hit within half of it. A ray that enters inside the solid hits there.
+// With `cone`, the radius at distance 1 of a cone about the ray: how far the cone is free, or -1 where it is to the end.
+float march(vec3 o, vec3 d, float width, float begin, float cone) {
+    vec2 inside = clipToBounds(o, d, cone);
+    float t = max(inside.x, begin), r = 1e30, slope = -0.6;
+    float ball = 0.0, stride = 0.0, taken = 0.0;  // of the evaluation before: radius, the step after it, and that if it was no leap
+    bool alive = t < inside.y, met = false;
     for (int i = 0; i < marchSteps && alive; i++) {
-        float r = sdfprt_distance(o + d * t) * stepFactor;
-        if (omega > 1.0 && r + free < taken) {
-            // The two balls do not touch, something may lie between: go back and take the safe step
-            t += free - taken;
-            omega = 1.0;
-            taken = 0.0;
-            continue;
+        r = sdfprt_distance(o + d * t) * stepFactor - cone * t;
+        // Where two balls do not touch, something may lie between: back to the end of the first
+        bool apart = taken > 0.0 && ball + r < taken;
+        met = r < max(hitDistance, 0.5 * cone * t) && !apart;
+        if (stride > 0.0) slope = clamp((r - ball) / stride, -1.0, 0.8);
+        // Else as far as the next ball will touch this one if the slope stays
+        float least = 0.25 * width * t, ahead = min(1.9 * r / (1.0 - slope), max(inside.y - hitDistance - t, r));
+        bool leap = ahead < least;
+        if (!met) {
+            t += apart ? ball - taken : leap ? least : ahead;
+            stride = apart ? 0.0 : leap ? least : ahead;
+            taken = apart || leap ? 0.0 : ahead;
+            ball = r;
+            if (apart) slope = -0.6;
         }
-        nearest = r;
-        free = r;
-        alive = r > hitDistance && t + r <= inside.y;
-        taken = alive ? min(r * omega, inside.y - t) : 0.0;
-        t += taken;
+        alive = !met && t < inside.y;
     }
-    bool creeping = alive && nearest < 0.5 * width * t;
-    if (nearest > hitDistance && !creeping) return -1.0;
-    // Onto the surface itself, backwards where a field that overestimates let the ray into the solid
-    for (int i = 0; i < min(marchSteps, 5); i++) t = max(t + sdfprt_distance(o + d * t) * stepFactor, inside.x);
+    if (cone > 0.0) return !met && !alive ? -1.0 : r < 0.0 && taken > 0.0 ? t - taken + ball : t;
+    if (!met && !(alive && r < 0.5 * width * t)) return -1.0;
+    // Onto the surface itself, backwards where a leap led into the solid
+    for (int i = 0; i < min(marchSteps, 2); i++) {
+        float least = 0.25 * width * t, move = clamp(r / max(-slope, 0.05), -least, least);
+        if (move == 0.0) break;
+        t = max(t + move, inside.x);
+        float here = sdfprt_distance(o + d * t) * stepFactor;
+        slope = clamp((here - r) / move, -1.0, 0.0);
+        r = here;
+    }
     return t;
 }

@@ -48,13 +48,16 @@ def _processor() -> str:
     return names[0] if names else platform.machine()
 
 
+def seconds(run: Run) -> float:
+    """Of one call."""
+    start = time.perf_counter()
+    run()
+    return time.perf_counter() - start
+
+
 def in_turns(runs: Sequence[Run], turns: int) -> tuple[list[float], list[float], list[Any]]:
     """Seconds of the first call of each, the least of `turns` later ones, made in turns, and what each returned last."""
-    first, later, results = [], np.full((turns, len(runs)), np.inf), [None] * len(runs)
-    for run in runs:
-        start = time.perf_counter()
-        run()
-        first.append(time.perf_counter() - start)
+    first, later, results = [seconds(run) for run in runs], np.full((turns, len(runs)), np.inf), [None] * len(runs)
     for turn in range(turns):
         for k, run in enumerate(runs):
             start = time.perf_counter()

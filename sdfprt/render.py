@@ -4,6 +4,7 @@ Programs are kept for each scene and for each size of network; weights, light, c
 """
 
 import functools
+import math
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -24,16 +25,17 @@ from sdfprt.network import TransferNet
 from sdfprt.scene import Scene
 from sdfprt.shader import (
     BACKGROUND,
+    FREE,
     GRAIN,
     LIGHT,
     SURFACE,
     VERSION,
     Variant,
-    background_fragment,
     defines,
     light_compute,
     lobes_of,
     network_uniforms,
+    own_fragment,
     piece,
     place,
     scene_uniforms,
@@ -94,7 +96,8 @@ class Target:
         self.coarse = gl.framebuffer([self.cones])
         depth = gl.depth_renderbuffer(size)
         self.surface = gl.framebuffer(self.seen, depth)
-        self.light = gl.framebuffer([self.radiance], depth)
+        self.closed = gl.framebuffer(depth_attachment=depth)
+        self.light = gl.framebuffer([self.radiance])
         self.list = gl.buffer(reserve=4 * (1 + size[0] * size[1]))
 
 
@@ -142,8 +145,9 @@ class Renderer:
         few = sum(weight.size for weight, _ in net.weights) <= settings.Render.constant_most
         return (1, net.digest) if few and self._lit[net.digest] > settings.Render.constant_after else (8, "")
 
-    def background(self) -> moderngl.Program:
-        return self._program("", background_fragment, BACKGROUND, "background")
+    def own(self, pieces: tuple[str, ...]) -> moderngl.Program:
+        """The program of FREE or BACKGROUND."""
+        return self._program(pieces[-1], lambda: own_fragment(pieces), pieces, pieces[-1])
 
     def draw(self, program: moderngl.Program) -> None:
         """One full-screen triangle."""
@@ -272,31 +276,40 @@ def on_cpu() -> bool:
 
 
 def tiles(size: tuple[int, int], samples: int) -> list[tuple[int, int, int, int]]:
-    """Tiles of a picture of `size` pixels, as x, y, width, height in samples; whole pixels each."""
-    side = max(_TILE // samples, 1) * samples
+    """Tiles of a picture of `size` pixels, as x, y, width, height in samples; whole pixels and whole cones each."""
+    unit = math.lcm(samples, GRAIN)
+    side = max(_TILE // unit, 1) * unit
     width, height = size[0] * samples, size[1] * samples
     return [(x, y, min(side, width - x), min(side, height - y)) for y in range(0, height, side) for x in range(0, width, side)]
 
 
 def trace_tile(scene: Scene, camera: Camera, tile: tuple[int, int, int, int], whole: tuple[int, int]) -> Target:
     """The first pass over one tile of a picture of `whole` samples."""
-    program, target = renderer().surface(scene), renderer().target(tile[2:])
-    set_camera(program, camera, (*tile[:2], *whole), GRAIN)
-    give(program, coarse=True, freeCones=CONES)
-    context().disable(moderngl.DEPTH_TEST)
-    target.coarse.use()
-    renderer().draw(program)
-    set_camera(program, camera, (*tile[:2], *whole))
-    give(program, coarse=False)
-    target.cones.use(CONES)
-    target.light.clear()
-    target.surface.clear(depth=1.0)
-    target.surface.use()
+    program, free, target = renderer().surface(scene), renderer().own(FREE), renderer().target(tile[2:])
+    for each in (program, free):
+        give(each, freeCones=CONES, grain=GRAIN)
     target.list.clear()
     target.list.bind_to_storage_buffer(0)
+
+    # Cones about tiles of samples
+    context().disable(moderngl.DEPTH_TEST)
+    give(program, coarse=True)
+    set_camera(program, camera, (*tile[:2], *whole), GRAIN)
+    target.coarse.use()
+    renderer().draw(program)
+
+    # Samples of those that met something
     context().enable(moderngl.DEPTH_TEST)
     context().depth_func = "<"
+    target.surface.clear(depth=1.0)
+    target.closed.use()
+    target.cones.use(CONES)
+    renderer().draw(free)
+    target.surface.use()
+    give(program, coarse=False)
+    set_camera(program, camera, (*tile[:2], *whole))
     renderer().draw(program)
+    context().disable(moderngl.DEPTH_TEST)
     return target
 
 
@@ -336,16 +349,22 @@ def frame(
     held = set_light(lighting, variant, net.bands, coefficients)
     set_material(lighting, scene, material)
     give(lighting, eye=tuple(camera.eye))
-    behind = renderer().background() if background else None
+    behind = renderer().own(BACKGROUND) if background else None
     if behind is not None:
         environment = environment_texture(context(), light)
         held.append(environment)
         give(behind, toMap=light.rotation, environment=3)  # rows written as columns: the transpose is the inverse
 
-    # Trace, light what was hit, fill the rest
+    # Trace, fill with what is behind, light what was hit
     pixels = np.zeros((size[1], size[0], 4), np.float32)
     for tile in tiles(size, samples):
         target = trace_tile(scene, camera, tile, whole)
+        target.light.clear()
+        if behind is not None:
+            target.light.use()
+            environment.use(3)
+            set_camera(behind, camera, (*tile[:2], *whole))
+            renderer().draw(behind)
         for unit, texture in enumerate(target.seen):
             texture.use(unit)
         target.radiance.bind_to_image(0, read=False, write=True)
@@ -354,15 +373,9 @@ def frame(
         seen = int(np.frombuffer(target.list.read(4), np.uint32)[0])
         lighting.run(-(-seen // (variant.points * _GROUP)))
         context().memory_barrier()
-        if behind is not None:
-            target.light.use()
-            environment.use(3)
-            set_camera(behind, camera, (*tile[:2], *whole))
-            context().depth_func = "<"
-            renderer().draw(behind)
         x, y, width, height = (v // samples for v in tile)
         fine = read(target.radiance).reshape(height, samples, width, samples, 4)
-        pixels[y : y + height, x : x + width] = fine.mean(axis=(1, 3))
+        pixels[y : y + height, x : x + width] = fine.mean(axis=(1, 3)) if samples > 1 else fine[:, 0, :, 0]
     for thing in held:
         thing.release()
     if not np.isfinite(pixels).all():

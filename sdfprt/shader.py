@@ -21,8 +21,9 @@ from sdfprt.scene import NORMAL_STEP, Scene
 VERSION = "#version 430"
 SURFACE = ("camera", "trace", "normal", "surface")
 LIGHT = ("network", "sh", "shade", "light")
+FREE = ("free",)
 BACKGROUND = ("camera", "background")
-GRAIN = 8  # samples along a side that a cone of the coarse pass holds
+GRAIN = 4  # samples along a side that a cone of the coarse pass holds
 _TEXELS = 1024  # in a row of the texture of weights
 
 
@@ -98,13 +99,13 @@ def picture_uniforms(material: Material) -> dict[str, Any]:
 
 def surface_fragment(scene: Scene) -> str:
     """The first pass: what each sample sees."""
-    ours = "\n".join([VERSION, f"#define GRAIN {GRAIN}", *flags(scene), join(SURFACE)])
+    ours = "\n".join([VERSION, *flags(scene), join(SURFACE)])
     return "\n".join([ours, renamed(ours, scene.shader_source), "#line 1", scene.shader_source])
 
 
-def background_fragment() -> str:
-    """The light behind the scene."""
-    return "\n".join([VERSION, join(BACKGROUND)])
+def own_fragment(pieces: tuple[str, ...]) -> str:
+    """A pass without anything of the scene's or the network's: FREE or BACKGROUND."""
+    return "\n".join([VERSION, join(pieces)])
 
 
 def light_compute(net: TransferNet, variant: Variant) -> str:

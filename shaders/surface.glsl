@@ -12,7 +12,9 @@ vec3 albedo(vec3 p, vec3 n);
 float exponent(vec3 p, vec3 n);
 #endif
 uniform bool coarse;
-uniform sampler2D freeCones;  // of the coarse pass; GRAIN samples a texel along a side
+uniform sampler2D freeCones;  // of the coarse pass
+uniform int grain;            // samples a texel along a side
+layout(early_fragment_tests) in;
 layout(std430, binding = 0) buffer SeenSamples {
     uint seenCount;
     uint seen[];  // y << 16 | x
@@ -23,8 +25,7 @@ layout(location = 2) out vec4 surfaceColour;    // albedo and exponent where the
 
 void main() {
     vec3 o = viewOrigin(), d = viewRay();
-    float begin = coarse ? 0.0 : texelFetch(freeCones, ivec2(gl_FragCoord.xy) / GRAIN, 0).x;
-    if (begin < 0.0) discard;
+    float begin = coarse ? 0.0 : texelFetch(freeCones, ivec2(gl_FragCoord.xy) / grain, 0).x;
     float t = march(o, d, footprint(), begin, coarse ? 0.75 * footprint() : 0.0);
     if (coarse) {
         surfacePoint = vec4(t);  // the others are not there

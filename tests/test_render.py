@@ -49,6 +49,29 @@ def test_the_whole_triple_product_gives_the_picture_of_the_fixed_light():
     np.testing.assert_allclose(pictures[0].rgb, pictures[1].rgb, rtol=0, atol=2e-5)
 
 
+def test_weights_become_constants_once_that_pays_and_the_picture_stays(monkeypatch):
+    monkeypatch.setattr(render, "renderer", functools.cache(render.Renderer))
+    monkeypatch.setattr(render, "on_cpu", lambda: True)
+    monkeypatch.setattr(settings.Render, "constant_after", SIZE[0] * SIZE[1])
+    pictures = [render.frame(SCENE, NET, LIGHT, DiffusePhong(), size=SIZE).rgb for _ in range(2)]
+    assert [variant.constant for _, variant, _ in render.renderer()._lightings] == ["", NET.digest]
+    np.testing.assert_allclose(pictures[0], pictures[1], rtol=0, atol=2e-5)
+
+
+def test_cones_pass_over_nothing_thin():
+    # Rods a tenth of a pixel to three pixels wide: rays that plain marching sees stopped are stopped
+    glsl = """float sdf(vec3 p) {
+        float d = 1e9;
+        for (int i = 0; i < 9; i++) d = min(d, length(p.xz - 0.2 * vec2(i - 4, i % 3 - 1)) - 0.0025 * pow(1.5, float(i)));
+        return max(d, abs(p.y) - 0.9);
+    }"""
+    rods = Scene(glsl=glsl, step=1.0, camera=Camera(eye=(0.3, 0.5, 4.0), fov=30.0))
+    seen = gbuffer(rods, rods.camera, (96, 96))
+    got = render.frame(rods, NET, LIGHT, size=(96, 96)).alpha > 0.5
+    assert seen.mask.sum() > 500
+    assert (got != seen.mask).sum() <= 0.02 * seen.mask.sum()  # chords shorter than a tenth of a pixel
+
+
 def test_tiles_join_without_a_seam(monkeypatch):
     whole = render.frame(SCENE, NET, LIGHT, size=SIZE, samples=2, background=True)
     monkeypatch.setattr(render, "_TILE", 30)

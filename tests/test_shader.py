@@ -32,10 +32,12 @@ def test_each_piece_compiles_alone(path, tmp_path):
         assert done.returncode == 0, done.stdout
 
 
+@pytest.mark.parametrize("constant", [False, True], ids=["textures", "constants"])
 @pytest.mark.parametrize(
     ("width", "layers", "bands", "octaves", "together"), [(16, 3, 4, (2, 1), 1), (20, 2, 3, (3, 0), 4), (8, 5, 1, (0, 2), 2)]
 )
-def test_the_shaders_network_is_the_networks_own(width, layers, bands, octaves, together):
+def test_the_shaders_network_is_the_networks_own(width, layers, bands, octaves, together, constant):
+    together = 1 if constant else together
     net = nets.random_net(width, layers, bands, octaves)
     quads = -(-(bands * bands) // 4)
     main = """
@@ -53,7 +55,8 @@ def test_the_shaders_network_is_the_networks_own(width, layers, bands, octaves, 
             network(p, n, transfer);
             result = transfer[mine * OUTPUTS + quad];
         }"""
-    text = "\n".join(["#version 430", shader.defines(net, Variant(1, points=together)), shader.piece("network"), main])
+    network = shader.constant_network(net) if constant else shader.piece("network")
+    text = "\n".join(["#version 430", shader.defines(net, Variant(1, points=together)), network, main])
     gl = render.context()
     program = gl.program(vertex_shader=f"#version 430\n{shader.piece('vertex')}", fragment_shader=text)
     scale = np.pad(net.scale, (0, -len(net.scale) % 4))

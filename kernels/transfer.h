@@ -4,7 +4,7 @@
     const int SHARE = SDFPRT_BATCH / SDFPRT_GROUP;  // rays of a point in a batch
     const int begin = item * SDFPRT_GROUP, members = total - begin < SDFPRT_GROUP ? total - begin : SDFPRT_GROUP;
     Packets packets;
-    packets.lattice.read((const short*)corners.data, frame.data);
+    packets.lattice.read(entries.data, records.data, frame.data);
     F sum[SDFPRT_GROUP][64];
     for (int g = 0; g < members; g++)
         for (int i = 0; i < bands * bands; i++) sum[g][i] = Simd::splat(0.0f);

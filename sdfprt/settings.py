@@ -30,9 +30,9 @@ class Transfer:
 
 @dataclass(frozen=True)
 class Lattice:
-    cells: int = 96  # along the longest side of the bounds
-    near: float = 0.04  # error of interpolation that is let pass in cells at the surface, of a cell
-    far: float = 0.25  # the same elsewhere
+    cells: int = 48  # coarse ones along the longest side of the bounds
+    near: float = 2e-4  # error of interpolation that is let pass at the surface, of the scene
+    far: float = 0.15  # and this much of the distance elsewhere
 
 
 @dataclass(frozen=True)

@@ -77,7 +77,7 @@ def compute_transfer(
         ("trace.h", "lattice.h", "packets.h", "transfer.h"),
         {
             "points": flat, "normals": flat, "out": flat, "box": flat, "norms": flat, "order": whole,
-            "corners": wp.array(dtype=wp.int16), "frame": flat,
+            "entries": whole, "records": whole, "frame": flat,
             "bands": int, "rays": int, "seed": int, "start": int, "shadowed": int, "total": int,
             "offset": float, "near": float, "step": float, "steps": int,
         },
@@ -88,14 +88,14 @@ def compute_transfer(
     limits = [settings.Trace.lift * size, settings.Trace.epsilon * size, scene.step]
     order = native.array(_order(rays), int)
     by = lattice or NO_LATTICE
-    corners, frame = native.array(by.corners, wp.int16), native.array(by.frame)
+    stand_in = [native.array(by.entries, int), native.array(by.records, int), native.array(by.frame)]
     with track("transfer", len(points)) as advance:
         for first in range(0, len(points), _CHUNK):
             part = slice(first, min(first + _CHUNK, len(points)))
             count = part.stop - first
             out = native.zeros(count * bands * bands)
             arrays = [native.array(x[part]) for x in (points, normals)]
-            fixed = [out, box_array(scene), norms, order, corners, frame, bands, rays, seed, start + first, int(shadowed), count]
+            fixed = [out, box_array(scene), norms, order, *stand_in, bands, rays, seed, start + first, int(shadowed), count]
             native.launch(kernel, -(-count // GROUP), [*arrays, *fixed, *limits, settings.Trace.steps])
             result[part] = out.numpy().reshape(count, -1)
             advance(count)

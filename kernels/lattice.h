@@ -1,7 +1,7 @@
 // Distances at the corners of cubic cells that are finer where the field bends: what stands in for a dear field
 // (sdfprt/lattice.py; adaptively sampled distance fields, Frisken et al. 2000).
 struct Lattice : Simd {
-    const int *entry, *record;     // a coarse cell's number of its record, or of the first of its 64 finer cells', twice, plus 1
+    const int *entry, *record;     // see Lattice of sdfprt/lattice.py
     int nx, ny, nz;                // coarse cells, 0 where there is no lattice
     float ox, oy, oz, cell, unit;  // first corner, side of a coarse cell, distance of one integer
     float error;                   // of a distance near the surface

@@ -22,15 +22,16 @@ CUT = 4  # finer cells along a side of a cell, as in kernels/lattice.h
 _LEVELS = 3
 _SIDES = np.array(list(product((0, 1), repeat=3)))  # a cell's corners along z, y, x
 _PROBES = np.array([(0.5, 0.5, 0.5), *product((0.25, 0.75), repeat=3)])  # where cells are tried, in cells
+_MOST = 1 << 16  # cells of a level that are cut, the nearest to the surface; the field is asked in the others
 
 
 @dataclass(frozen=True)
 class Lattice:
     """Records of eight corners in units of `unit`, x fastest, as four words each.
 
-    An entry, one a coarse cell (x fastest), is twice the number of its record, or of the first of its CUT^3 finer cells'
-    plus 1. An odd first corner: the second word is the number of the first of the CUT^3 cells that this one is cut into,
-    -1 where interpolation is not to be trusted.
+    An entry, one a coarse cell (x fastest), is twice the number of its record, or that of the first of its CUT^3 finer
+    cells and 1. An odd first corner says that the second word is the number of the first of the CUT^3 cells that this one is
+    cut into, or -1 where interpolation is not to be trusted.
     """
 
     entries: Int32[ndarray, "nz ny nx"]
@@ -71,27 +72,22 @@ def _sample(scene: Scene, cells: int) -> Lattice:
 
     # Level by level: which cells are to be cut, and the corners of what they are cut into
     corners = _cells(values[None])
-    places = low + cell * np.stack(np.meshgrid(*map(np.arange, counts[::-1]), indexing="ij")[::-1], -1).reshape(-1, 3)
-    side, first, records = cell, 0, []
-    entries = np.empty(0, np.int32)
+    places = low + cell * np.argwhere(np.ones(counts[::-1], bool))[:, ::-1]
+    side, count, records, entries = cell, 0, [], np.empty(0, np.int32)
     for level in range(_LEVELS):
         wrong = _wrong(scene, places, side, corners, error)
-        packed = _packed(corners, unit)
-        after = first + len(packed)
-        children = np.full(len(packed), -1)
-        if level + 1 < _LEVELS:
-            children[wrong] = after + CUT**3 * np.arange(wrong.sum())
+        cut = _nearest(wrong, corners) if level + 1 < _LEVELS else np.empty(0, int)
+        count += len(corners)
+        children = np.full(len(corners), -1, np.int32)
+        children[cut] = count + CUT**3 * np.arange(len(cut))
+        records.append(_packed(corners, unit))
+        records[-1][wrong, 0] |= 1
+        records[-1][wrong, 1] = children[wrong]
         if level == 0:
-            entries = np.where(wrong, 2 * children + 1, 2 * np.arange(len(packed))).astype(np.int32)
-        else:
-            packed[wrong, 0] |= 1
-            packed[wrong, 1] = children[wrong]
-        records.append(packed)
-        if level + 1 < _LEVELS:
-            side, first = side / CUT, after
-            corners = _cells(_finer(scene, places[wrong], side))
-            steps = side * np.stack(np.meshgrid(*[np.arange(CUT)] * 3, indexing="ij")[::-1], -1).reshape(-1, 3)
-            places = (places[wrong][:, None] + steps).reshape(-1, 3)
+            entries = np.where(children < 0, 2 * np.arange(len(corners)), 2 * children + 1).astype(np.int32)
+        side /= CUT
+        corners = _cells(_along(scene, places[cut], side * _inside(CUT + 1)).reshape(-1, CUT + 1, CUT + 1, CUT + 1))
+        places = (places[cut, None] + side * _inside(CUT)).reshape(-1, 3)
     origin = (float(low[0]), float(low[1]), float(low[2]))
     return Lattice(entries.reshape(counts[::-1]), np.concatenate(records), origin, cell, unit, error)
 
@@ -103,10 +99,16 @@ def _cells(values: Float[ndarray, "n z y x"]) -> Float[ndarray, "m 8"]:
     return np.stack(corners, axis=-1).reshape(-1, 8)
 
 
-def _finer(scene: Scene, places: Float[ndarray, "n 3"], side: float) -> Float[ndarray, "n z y x"]:
-    """Samples `side` apart in the cells that begin at `places`, both faces included."""
-    steps = side * np.stack(np.meshgrid(*[np.arange(CUT + 1)] * 3, indexing="ij")[::-1], -1).reshape(-1, 3)
-    return _along(scene, places, steps).reshape(-1, CUT + 1, CUT + 1, CUT + 1)
+def _inside(count: int) -> Float[ndarray, "m 3"]:
+    """(x, y, z) of count^3 places, x fastest."""
+    return np.argwhere(np.ones((count, count, count), bool))[:, ::-1].astype(np.float64)
+
+
+def _nearest(wrong: Bool[ndarray, "n"], corners: Float[ndarray, "n 8"]) -> ndarray:
+    """Numbers of the cells to cut: where the field is a number, the nearest to the surface if they are more than _MOST."""
+    distance = np.abs(corners).min(axis=1)  # NaN where one is
+    cut = np.flatnonzero(wrong & np.isfinite(distance))
+    return cut if len(cut) <= _MOST else np.sort(cut[np.argpartition(distance[cut], _MOST)[:_MOST]])
 
 
 def _along(scene: Scene, places: Float[ndarray, "n 3"], steps: Float[ndarray, "m 3"]) -> Float[ndarray, "n m"]:
@@ -122,10 +124,10 @@ def _along(scene: Scene, places: Float[ndarray, "n 3"], steps: Float[ndarray, "m
 def _wrong(scene: Scene, places: ndarray, side: float, corners: ndarray, error: float) -> Bool[ndarray, "n"]:
     """Cells in which interpolation differs from the field by more than settings.Lattice allows, or the field is NaN.
 
-    Tried in the middle, near the surface at eight places more; not where the solid is deep.
+    Tried in the middle, near the surface at eight places more; not where all of a cell is in the solid.
     """
     wrong = np.isnan(corners).any(axis=1)
-    outside = ~(corners.max(axis=1) < -2 * side)
+    outside = ~(corners.max(axis=1) < -side)
     near = outside & (np.abs(corners).min(axis=1) < side)
     for where, probes in ((outside & ~near, _PROBES[:1]), (near, _PROBES)):
         shares = np.where(_SIDES[None, :, ::-1] == 1, probes[:, None], 1 - probes[:, None]).prod(-1)  # probe, corner

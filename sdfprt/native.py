@@ -56,7 +56,7 @@ def padded(count: int) -> int:
 def array(values: Any, kind: Any = float) -> wp.array:
     """Values where kernels run, flat but for the components of a vector `kind`."""
     values = np.asarray(values)
-    flat = values.ravel() if kind in (float, int, wp.int16) else values
+    flat = values.ravel() if kind in (float, int) else values
     return wp.array(np.ascontiguousarray(flat), dtype=kind, device=_place())
 
 

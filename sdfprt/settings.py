@@ -31,7 +31,7 @@ class Transfer:
 @dataclass(frozen=True)
 class Lattice:
     cells: int = 48  # coarse ones along the longest side of the bounds
-    near: float = 2e-4  # error of interpolation that is let pass at the surface, of the scene
+    near: float = 1e-4  # error of interpolation that is let pass at the surface, of the scene
     far: float = 0.15  # and this much of the distance elsewhere
 
 

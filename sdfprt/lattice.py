@@ -40,6 +40,7 @@ class Lattice:
     cell: float  # side of a coarse cell, scene units
     unit: float  # scene units
     error: float  # near the surface, scene units
+    box: field.Box  # beyond it is no surface
 
     @property
     def frame(self) -> list[float]:
@@ -47,7 +48,8 @@ class Lattice:
         return [*map(float, self.entries.shape[::-1]), *self.origin, self.cell, self.unit, self.error]
 
 
-NO_LATTICE = Lattice(np.zeros((0, 0, 0), np.int32), np.zeros((0, 4), np.int32), (0.0, 0.0, 0.0), 1.0, 0.0, 0.0)  # the field alone
+_NOWHERE = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+NO_LATTICE = Lattice(np.zeros((0, 0, 0), np.int32), np.zeros((0, 4), np.int32), (0.0, 0.0, 0.0), 1.0, 0.0, 0.0, _NOWHERE)
 
 
 def build(scene: Scene, cells: int = settings.Lattice.cells) -> Lattice:
@@ -73,6 +75,10 @@ def _sample(scene: Scene, cells: int) -> Lattice:
     # Level by level: which cells are to be cut, and the corners of what they are cut into
     corners = _cells(values[None])
     places = low + cell * np.argwhere(np.ones(counts[::-1], bool))[:, ::-1]
+    held = places[~(corners.min(axis=1) > cell)]  # the surface is at most half a diagonal from a corner of its cell
+    if not len(held):
+        held = places
+    box = _corner(np.maximum(held.min(axis=0), low)), _corner(np.minimum(held.max(axis=0) + cell, high))
     side, count, records, entries = cell, 0, [], np.empty(0, np.int32)
     for level in range(_LEVELS):
         wrong = _wrong(scene, places, side, corners, error)
@@ -88,8 +94,12 @@ def _sample(scene: Scene, cells: int) -> Lattice:
         side /= CUT
         corners = _cells(_along(scene, places[cut], side * _inside(CUT + 1)).reshape(-1, CUT + 1, CUT + 1, CUT + 1))
         places = (places[cut, None] + side * _inside(CUT)).reshape(-1, 3)
-    origin = (float(low[0]), float(low[1]), float(low[2]))
-    return Lattice(entries.reshape(counts[::-1]), np.concatenate(records), origin, cell, unit, error)
+    return Lattice(entries.reshape(counts[::-1]), np.concatenate(records), _corner(low), cell, unit, error, box)
+
+
+def _corner(values: Float[ndarray, "3"]) -> tuple[float, float, float]:
+    x, y, z = map(float, values)
+    return x, y, z
 
 
 def _cells(values: Float[ndarray, "n z y x"]) -> Float[ndarray, "m 8"]:

@@ -130,17 +130,18 @@ def _kernel(key: str, text: str, arguments: tuple):
 
 @no_type_check
 def launch(kernel, count: int, arguments: list) -> None:
-    """Run items 0 … count - 1; on the CPU in one part a thread, since Warp releases Python's lock while it runs."""
+    """Run items 0 … count - 1; on the CPU by all threads, since Warp releases Python's lock while it runs."""
     place = _place()
     wp.load_module(kernel.module, device=place)
     arguments = [*arguments, *(_textures[place, name] for name in getattr(kernel, "textures", ()))]
     if place != "cpu" or count < 2 * THREADS:
         wp.launch(kernel, dim=count, inputs=[*arguments, 0], device=place)
         return
-    edges = [count * k // THREADS for k in range(THREADS + 1)]
+    parts = max(THREADS, min(8 * THREADS, count // 64))  # so many that no thread waits long for another's last
+    edges = [count * k // parts for k in range(parts + 1)]
 
     def run(k: int) -> None:
         wp.launch(kernel, dim=edges[k + 1] - edges[k], inputs=[*arguments, edges[k]], device=place)
 
     with ThreadPoolExecutor(THREADS) as pool:
-        list(pool.map(run, range(THREADS)))
+        list(pool.map(run, range(parts)))

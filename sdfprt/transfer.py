@@ -13,7 +13,6 @@ from sdfprt.errors import SdfprtError
 from sdfprt.lattice import NO_LATTICE, Lattice
 from sdfprt.progress import track
 from sdfprt.scene import Scene
-from sdfprt.trace import box_array
 
 _CHUNK = 16_384  # points a launch
 MAX_BANDS = 8
@@ -41,6 +40,17 @@ def _order(rays: int) -> ndarray:
     sectors = max(round(sqrt(rays / native.LANES)), 1)
     order = np.lexsort((u, np.floor(v * sectors)))
     return np.concatenate([number[order], np.arange(rays, -(-rays // native.LANES) * native.LANES)]).astype(np.int32)
+
+
+def _neighbours(scene: Scene, points: Float[ndarray, "n 3"]) -> ndarray:
+    """Numbers of the points along a Z-order curve, so that those traced together read the same memory."""
+    low, high = np.asarray(scene.bounds)
+    cell = np.clip((points - low) / (high - low).max() * 1024, 0, 1023).astype(np.int64)
+    place = np.zeros(len(points), np.int64)
+    for bit in range(10):
+        for axis in range(3):
+            place |= (cell[:, axis] >> bit & 1) << (3 * bit + axis)
+    return np.argsort(place, kind="stable")
 
 
 def compute_transfer(
@@ -78,7 +88,7 @@ def compute_transfer(
         {
             "points": flat, "normals": flat, "out": flat, "box": flat, "norms": flat, "order": whole,
             "entries": whole, "records": whole, "frame": flat,
-            "bands": int, "rays": int, "seed": int, "start": int, "shadowed": int, "total": int,
+            "numbers": whole, "bands": int, "rays": int, "seed": int, "shadowed": int, "total": int,
             "offset": float, "near": float, "step": float, "steps": int,
         },
     )  # fmt: skip
@@ -86,16 +96,19 @@ def compute_transfer(
     norms = native.array(_norms(bands))
     size = scene.diagonal
     limits = [settings.Trace.lift * size, settings.Trace.epsilon * size, scene.step]
-    order = native.array(_order(rays), int)
+    turns = native.array(_order(rays), int)
     by = lattice or NO_LATTICE
+    box = native.array(lattice.box if lattice else scene.bounds)
     stand_in = [native.array(by.entries, int), native.array(by.records, int), native.array(by.frame)]
+    along = _neighbours(scene, points)
     with track("transfer", len(points)) as advance:
         for first in range(0, len(points), _CHUNK):
-            part = slice(first, min(first + _CHUNK, len(points)))
-            count = part.stop - first
+            part = along[first : first + _CHUNK]
+            count = len(part)
             out = native.zeros(count * bands * bands)
             arrays = [native.array(x[part]) for x in (points, normals)]
-            fixed = [out, box_array(scene), norms, order, *stand_in, bands, rays, seed, start + first, int(shadowed), count]
+            numbers = native.array(start + part, int)
+            fixed = [out, box, norms, turns, *stand_in, numbers, bands, rays, seed, int(shadowed), count]
             native.launch(kernel, -(-count // GROUP), [*arrays, *fixed, *limits, settings.Trace.steps])
             result[part] = out.numpy().reshape(count, -1)
             advance(count)

@@ -52,6 +52,11 @@ _NOWHERE = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 NO_LATTICE = Lattice(np.zeros((0, 0, 0), np.int32), np.zeros((0, 4), np.int32), (0.0, 0.0, 0.0), 1.0, 0.0, 0.0, _NOWHERE)
 
 
+def worthwhile(scene: Scene) -> Lattice | None:
+    """The lattice of a scene whose field is dear, None where rays are quicker by the field itself."""
+    return build(scene) if len(scene.native) > settings.Lattice.cheap else None
+
+
 def build(scene: Scene, cells: int = settings.Lattice.cells) -> Lattice:
     """The lattice of a scene, `cells` coarse ones along the longest side of its bounds; the last few are kept."""
     key = scene.hash, cells

@@ -67,8 +67,8 @@ def compute_transfer(
     """Cosine-weighted visibility in SH at surface points, k = bands**2.
 
     Points lie on the surface to within settings.Surface.tolerance; normals have unit length. `shadowed=False` leaves
-    visibility out (Gentle Introduction to PRT, 6.2.6.1). `lattice`, from `lattice.build`, stands in for most evaluations of
-    the field: up to twice the rate where that is dear, and T changes by about 1e-3 (RMSE). Same seed, same array; `start` is
+    visibility out (Gentle Introduction to PRT, 6.2.6.1). `lattice`, from `lattice.worthwhile`, stands in for most evaluations of
+    the field: up to four times the rate where that is dear, and T changes by about 1e-3 (RMSE). Same seed, same array; `start` is
     the number of the first point, so that parts of a whole join without a seam. Raises SdfprtError for shapes that differ and
     for values that are not finite.
     """

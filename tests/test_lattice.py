@@ -90,3 +90,17 @@ def test_a_field_that_is_nan_somewhere_is_asked_itself_there():
     scene = Scene(glsl="float sdf(vec3 p) { return p.x > 0.8 ? log(0.5 - p.x) : length(p) - 0.4; }")
     points = np.array([[0.9, 0.1, 0.0], [0.4, 0.0, 0.0]], np.float32)
     assert interpolated(lattice.build(scene, CELLS), points)[1].tolist() == [False, True]
+
+
+def test_a_cheap_field_needs_no_lattice_and_a_dear_one_has_it(scene: Scene):
+    assert lattice.worthwhile(scene) is None
+    assert lattice.worthwhile(Scene.load("rabbit")) is not None
+
+
+def test_a_field_that_bends_everywhere_does_not_fill_the_memory():
+    rough = Scene(glsl="float sdf(vec3 p) { return length(p) - 0.7 + 0.05 * sin(90.0 * p.x) * sin(90.0 * p.y) * sin(90.0 * p.z); }")
+    built = lattice.build(rough)
+    # Coarse cells, and twice the finer ones of as many as may be cut
+    assert len(built.records) <= built.entries.size + 2 * 65_536 * lattice.CUT**3
+    inside = np.random.default_rng(0).uniform(-0.3, 0.3, (100, 3))
+    assert (interpolated(built, inside)[0] < 0).all()

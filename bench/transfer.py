@@ -2,8 +2,9 @@
 
 The same rays for both: cosine-weighted, in the order of the points and shuffled, both cores, interleaved, the best of the
 turns each; Mitsuba's time leaves out the projection onto SH, ours holds it. Ours is timed as the bake traces, by the lattice
-(built once a scene, like Mitsuba's tree: its seconds stand beside), and by the field alone. Exactness: single rays and T
-against a plain march of half steps, nothing shared between rays. Writes transfer.md, transfer.json and transfer.png.
+where the field is dear (built once a scene, like Mitsuba's tree: its seconds stand beside), and by the field alone.
+Exactness: single rays and T against a plain march of half steps, nothing shared between rays. Writes transfer.md,
+transfer.json and transfer.png.
 """
 
 import json
@@ -60,7 +61,7 @@ def plain(scene: Scene, origins: np.ndarray, ways: np.ndarray) -> np.ndarray:
     return clear
 
 
-def exactness(scene: Scene, stand_in: Lattice, found: Surface, points: int, rays: int) -> tuple[float, float]:
+def exactness(scene: Scene, stand_in: Lattice | None, found: Surface, points: int, rays: int) -> tuple[float, float]:
     """Share of single rays on which both agree, and the RMSE of T over the same directions."""
     origins = trace.lifted(scene, found.points, found.normals).astype(np.float32)
     # One ray a point: T_0 is positive where it is free
@@ -105,7 +106,7 @@ def embree(scene: Scene, resolution: int, origins: np.ndarray, ways: np.ndarray)
 def measure(scene: Scene, points: int, rays: int, resolution: int, turns: int) -> dict[str, float | str]:
     found = sample_surface(scene, points)
     start = time.perf_counter()
-    stand_in = lattice.build(scene)
+    stand_in = lattice.worthwhile(scene)
     building = time.perf_counter() - start
     agree, rmse = exactness(scene, stand_in, found, min(points, 128), 64)
     ways = directions(found.normals, rays).reshape(-1, 3)

@@ -1,5 +1,5 @@
-// Visibility of a batch of rays, by the field or, where that holds, by the lattice that stands in for it. Rays still under way
-// are packed side by side every few steps, so that few lanes are idle.
+// Visibility of a batch of rays, by the field or, where that holds, by the lattice that stands in for it. A lane whose ray has
+// ended takes the next one, so that few lanes are idle.
 #if SDFPRT_LANES == 1
 #define SDFPRT_BATCH 16
 #define SDFPRT_GROUP 4  // origins in a batch
@@ -18,73 +18,99 @@ struct Packets : Simd {
     int readers[SDFPRT_BATCH], askers[SDFPRT_BATCH];             // rays under way: by the lattice, by the field
     int reading, asking;                                         // how many
     Lattice lattice;
-    enum { STEPS = 3 };  // evaluations, or readings of the lattice, between two packings
 
-    static inline CUDA_CALLABLE F gather(const float* v, const int* at, int used) {
-        float r[SDFPRT_LANES];
-        for (int k = 0; k < SDFPRT_LANES; k++) r[k] = v[at[k < used ? k : 0]];
-        return fill(r);
+    // Rays side by side, one a lane
+    struct Lanes {
+        int ray[SDFPRT_LANES], spent[SDFPRT_LANES];
+        float x[SDFPRT_LANES], y[SDFPRT_LANES], z[SDFPRT_LANES], u[SDFPRT_LANES], v[SDFPRT_LANES], w[SDFPRT_LANES];
+        float end[SDFPRT_LANES], touch[SDFPRT_LANES], s[SDFPRT_LANES], before[SDFPRT_LANES], came[SDFPRT_LANES];
+    };
+    inline CUDA_CALLABLE void enter(Lanes& lanes, int k, int i) const {
+        lanes.ray[k] = i;
+        lanes.x[k] = ox[i];
+        lanes.y[k] = oy[i];
+        lanes.z[k] = oz[i];
+        lanes.u[k] = dx[i];
+        lanes.v[k] = dy[i];
+        lanes.w[k] = dz[i];
+        lanes.end[k] = far[i];
+        lanes.touch[k] = reach[i];
+        lanes.s[k] = t[i];
+        lanes.before[k] = ball[i];
+        lanes.came[k] = taken[i];
+        lanes.spent[k] = spent[i];
+    }
+    inline CUDA_CALLABLE int leave(const Lanes& lanes, int k) {
+        const int i = lanes.ray[k];
+        t[i] = lanes.s[k];
+        ball[i] = lanes.before[k];
+        taken[i] = lanes.came[k];
+        spent[i] = lanes.spent[k];
+        return i;
     }
 
-    // A few steps of the first packet of rays at[0] … at[count - 1], by the field or by what stands in for it. Those that neither
-    // met the surface nor left the bounds go to the readers where the lattice holds, to the askers where only the field does;
-    // `at` may be the list that they go to, since no more are written than were read
-    inline CUDA_CALLABLE void advance(bool field, const int* at, int count, float step, int steps) {
-        const int used = count < SDFPRT_LANES ? count : SDFPRT_LANES;
-        const F x = gather(ox, at, used), y = gather(oy, at, used), z = gather(oz, at, used);
-        const F u = gather(dx, at, used), v = gather(dy, at, used), w = gather(dz, at, used), end = gather(far, at, used);
-        const F touch = gather(reach, at, used);
-        F s = gather(t, at, used), before = gather(ball, at, used), came = gather(taken, at, used);
-        // Within `error` the lattice may be wrong (settings.Lattice.near, and some room)
-        const float error = 0.05f * lattice.cell, leap = 0.125f * lattice.cell;
-        M live = lt(lanes(), splat(used)), blocked = none(), out = none();
-        for (int k = 0; k < STEPS && any(live); k++) {
-            const F px = fma(u, s, x), py = fma(v, s, y), pz = fma(w, s, z);
+    static inline CUDA_CALLABLE bool few(unsigned bits) {
+        int count = 0;
+        for (; bits; bits &= bits - 1) count++;
+        return count < SDFPRT_LANES / 2;
+    }
+
+    // March the rays of a list, by the field or by what stands in for it, until they meet the surface, leave the bounds or are
+    // for the other list: for the askers where only the field holds, for the readers where the lattice does again
+    inline CUDA_CALLABLE void march(bool field, int* list, int& count, int* others, int& waiting, float step, int steps) {
+        Lanes at;
+        int next = 0;
+        unsigned on = 0;  // lanes with a ray
+        for (int k = 0; k < SDFPRT_LANES; k++) {
+            enter(at, k, list[next < count ? next : 0]);
+            on |= (unsigned)(next < count) << k;
+            next += next < count;
+        }
+        while (on) {
+            const F s = fill(at.s), before = fill(at.before), came = fill(at.came), end = fill(at.end), touch = fill(at.touch);
+            const F px = fma(fill(at.u), s, fill(at.x)), py = fma(fill(at.v), s, fill(at.y)), pz = fma(fill(at.w), s, fill(at.z));
+            const I turns = fill(at.spent) + 1;
+            F side = splat(0.0f);
             M doubt = none();
-            const F r = field ? Scene::distance(px, py, pz, live) * step : lattice.at(px, py, pz, doubt);
+            const F r = field ? Scene::distance(px, py, pz, ones()) * step : lattice.at(px, py, pz, side, doubt);
             // Where a ray has hardly left, the lattice's error would decide
-            if (!field) doubt = doubt | (lt(s, splat(lattice.cell)) & lt(r, splat(error)));
-            out = out | (live & doubt);
-            live = live & ~doubt;
+            if (!field) doubt = doubt | (lt(s, splat(lattice.cell)) & lt(r, splat(0.5f * lattice.error)));
             // Negative is met for certain. Where the balls of this step and the one before leave a gap, go back to the end
             // of the ball before; else step as far as the next ball will touch this one if the slope stays
             const M gap = lt(before + r, came);
-            const M met = live & (lt(r, splat(0.0f)) | (lt(r, touch) & ~gap));
+            const M met = (lt(r, splat(0.0f)) | (lt(r, touch) & ~gap)) & ~doubt;
             const F slope = max(min((r - before) / max(came, splat(1e-9f)), splat(0.8f)), splat(-1.0f));
             const F ahead = sel(lt(splat(0.0f), came), 1.9f * r / (1.0f - slope), 1.2f * r);
-            const F next = sel(gap, s - came + before, min(s + ahead, max(s + r, end - touch)));
+            const F away = sel(gap, s - came + before, min(s + ahead, max(s + r, end - touch)));
             // A chord through the surface shorter than a leap stays within the lattice's error of it
-            const M creeps = field ? none() : lt(next - s, splat(leap)) & ~gap;
-            blocked = blocked | met;
-            live = live & ~met;
-            came = sel(live, sel(gap | creeps, splat(0.0f), next - s), came);
-            before = sel(live, sel(gap, splat(0.0f), r), before);
-            s = sel(live, sel(creeps, s + leap, next), s);
-            live = live & lt(s, end);
+            const F leap = 0.125f * side;
+            const M creeps = field ? none() : lt(away - s, leap) & ~gap;
+            const F place = sel(creeps, s + leap, away);
+            spill(at.came, sel(doubt, came, sel(gap | creeps, splat(0.0f), away - s)));
+            spill(at.before, sel(doubt, before, sel(gap, splat(0.0f), r)));
+            spill(at.s, sel(doubt, s, place));
+            spill(at.spent, turns);
+
+            // What becomes of them; so many evaluations: it grazes
+            const M out = le(end, place) & ~doubt & ~met;
+            const M lost = le(splat(steps), turns) & ~out;
+            M turn = doubt;
+            if (field) turn = lattice.nx > 0 ? le(splat(lattice.error), r) & ~gap : none();
+            const unsigned blocked = bits(met | lost), leaving = bits(turn & ~out) & ~blocked;
+            for (unsigned ended = on & (blocked | leaving | bits(out)); ended; ended &= ended - 1) {
+                const int k = lowest(ended);
+                const int i = leave(at, k);
+                if (blocked >> k & 1) free[i] = 0.0f;
+                others[waiting] = i;
+                waiting += leaving >> k & 1;
+                if (next < count) enter(at, k, list[next++]);
+                else on &= ~(1u << k);
+            }
+            // An evaluation for a few lanes can wait until more rays ask for one
+            if (field && next == count && waiting > 0 && few(on)) break;
         }
-        // Back to the lattice as soon as the surface is beyond its error
-        if (field) out = lattice.nx > 0 ? live & lt(before, splat(2.0f * error)) : live;
-        live = live & ~out;
-        float place[SDFPRT_LANES], radius[SDFPRT_LANES], stride[SDFPRT_LANES];
-        int ended[SDFPRT_LANES], on[SDFPRT_LANES], doubted[SDFPRT_LANES];
-        spill(place, s);
-        spill(radius, before);
-        spill(stride, came);
-        spill(ended, blocked);
-        spill(on, live);
-        spill(doubted, out);
-        for (int k = 0; k < used; k++) {
-            const int i = at[k];
-            const bool lost = (spent[i] += STEPS) >= steps;  // so many evaluations: it grazes
-            if (ended[k] || (lost && (on[k] || doubted[k]))) free[i] = 0.0f;
-            t[i] = place[k];
-            ball[i] = radius[k];
-            taken[i] = stride[k];
-            readers[reading] = i;
-            reading -= lost ? 0 : on[k];
-            askers[asking] = i;
-            asking -= lost ? 0 : doubted[k];
-        }
+        count = 0;
+        for (; on; on &= on - 1) list[count++] = leave(at, lowest(on));
     }
 
     // Rays 0 … count - 1, whose origin, direction, t, far, reach and `free` are set. Steps are over-relaxed by the slope (Balint
@@ -102,14 +128,8 @@ struct Packets : Simd {
         reading = by_lattice ? begun : 0;
         asking = begun - reading;
         while (reading + asking > 0) {
-            const int read = reading;
-            reading = 0;
-            for (int first = 0; first < read; first += SDFPRT_LANES) advance(false, readers + first, read - first, step, steps);
-            // The field when two packets wait for it, or nothing else is left
-            if (asking < 2 * SDFPRT_LANES && reading > 0) continue;
-            const int ask = asking;
-            asking = 0;
-            for (int first = 0; first < ask; first += SDFPRT_LANES) advance(true, askers + first, ask - first, step, steps);
+            if (reading > 0) march(false, readers, reading, askers, asking, step, steps);
+            if (asking > 0) march(true, askers, asking, readers, reading, step, steps);
         }
     }
 };

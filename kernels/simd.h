@@ -16,6 +16,7 @@ typedef unsigned U __attribute__((ext_vector_type(16)));
 typedef int M __attribute__((ext_vector_type(16)));
 typedef float F8 __attribute__((ext_vector_type(8)));
 typedef int M8 __attribute__((ext_vector_type(8)));
+typedef bool B __attribute__((ext_vector_type(16)));
 #endif
 struct Simd {
 #if SDFPRT_LANES == 1
@@ -26,6 +27,8 @@ struct Simd {
     static inline CUDA_CALLABLE void set(U& v, int, unsigned x) { v = x; }
     static inline CUDA_CALLABLE I lanes() { return 0; }
     static inline CUDA_CALLABLE bool any(M m) { return m != 0; }
+    static inline CUDA_CALLABLE unsigned bits(M m) { return m & 1; }  // a bit a lane
+    static inline CUDA_CALLABLE int lowest(unsigned) { return 0; }    // number of the lowest bit that is set
     static inline CUDA_CALLABLE F sel(M m, F a, F b) { return m ? a : b; }
     static inline CUDA_CALLABLE I sel(M m, I a, I b) { return m ? a : b; }
     static inline CUDA_CALLABLE U sel(M m, U a, U b) { return m ? a : b; }
@@ -72,6 +75,8 @@ struct Simd {
         int __attribute__((ext_vector_type(2))) pair = quarter.lo | quarter.hi;
         return (pair.x | pair.y) != 0;
     }
+    static inline unsigned bits(M m) { return __builtin_bit_cast(unsigned short, __builtin_convertvector(m, B)); }
+    static inline int lowest(unsigned bits) { return __builtin_ctz(bits); }
     static inline F sel(M m, F a, F b) { return m ? a : b; }
     static inline I sel(M m, I a, I b) { return m ? a : b; }
     static inline U sel(M m, U a, U b) { return m ? a : b; }
@@ -153,6 +158,30 @@ struct Simd {
         for (int k = 0; k < SDFPRT_LANES; k++) r[k] = table[at[k]];
         return fill(r);
     }
+    // The four words from each place on
+#if SDFPRT_LANES == 1
+    static inline CUDA_CALLABLE void gather(const int* table, I i, I& a, I& b, I& c, I& d) {
+        a = table[i];
+        b = table[i + 1];
+        c = table[i + 2];
+        d = table[i + 3];
+    }
+#else
+    static inline void gather(const int* table, I i, I& a, I& b, I& c, I& d) {
+        int at[SDFPRT_LANES];
+        spill(at, i);
+        I row[4];  // of four lanes each
+        for (int k = 0; k < SDFPRT_LANES; k++) __builtin_memcpy((int*)row + 4 * k, table + at[k], 16);
+        const I p = __builtin_shufflevector(row[0], row[1], 0, 4, 8, 12, 16, 20, 24, 28, 1, 5, 9, 13, 17, 21, 25, 29);
+        const I q = __builtin_shufflevector(row[2], row[3], 0, 4, 8, 12, 16, 20, 24, 28, 1, 5, 9, 13, 17, 21, 25, 29);
+        const I r = __builtin_shufflevector(row[0], row[1], 2, 6, 10, 14, 18, 22, 26, 30, 3, 7, 11, 15, 19, 23, 27, 31);
+        const I s = __builtin_shufflevector(row[2], row[3], 2, 6, 10, 14, 18, 22, 26, 30, 3, 7, 11, 15, 19, 23, 27, 31);
+        a = __builtin_shufflevector(p, q, 0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23);
+        b = __builtin_shufflevector(p, q, 8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27, 28, 29, 30, 31);
+        c = __builtin_shufflevector(r, s, 0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23);
+        d = __builtin_shufflevector(r, s, 8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27, 28, 29, 30, 31);
+    }
+#endif
     // Element i of `count`, `stride` apart: those that some lane asks for
 #if SDFPRT_LANES == 1
     static inline CUDA_CALLABLE F pick(const F* v, I i, int, int stride) { return v[i * stride]; }

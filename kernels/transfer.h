@@ -4,7 +4,7 @@
     const int SHARE = SDFPRT_BATCH / SDFPRT_GROUP;  // rays of a point in a batch
     const int begin = item * SDFPRT_GROUP, members = total - begin < SDFPRT_GROUP ? total - begin : SDFPRT_GROUP;
     Packets packets;
-    packets.lattice.read((const short*)corners.data, frame.data);
+    packets.lattice.read(entries.data, records.data, frame.data);
     F sum[SDFPRT_GROUP][64];
     for (int g = 0; g < members; g++)
         for (int i = 0; i < bands * bands; i++) sum[g][i] = Simd::splat(0.0f);
@@ -38,7 +38,7 @@
             const float bx = b, by = sign + ny * ny * a, bz = -ny;
 
             // A shift of the directions that depends on the point's number and the seed alone
-            unsigned s = ((unsigned)(begin + g + start) * 2654435761u) ^ ((unsigned)seed * 2246822519u);
+            unsigned s = ((unsigned)numbers.data[begin + g] * 2654435761u) ^ ((unsigned)seed * 2246822519u);
             s ^= s >> 16; s *= 0x7feb352du; s ^= s >> 15; s *= 0x846ca68bu; s ^= s >> 16;
             const float shift_u = (float)(s & 0xffffu) / 65536.0f, shift_v = (float)(s >> 16) / 65536.0f;
 

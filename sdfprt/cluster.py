@@ -96,7 +96,7 @@ def transfer(
     scene: Scene, points: ndarray, normals: ndarray, bands: int, rays: int, seed: int, start: int, rounded: bool
 ) -> ndarray:
     """The task of the bake: transfer of points whose numbers begin at `start`, by the lattice if `rounded`; joins the others'."""
-    by = lattice.build(scene) if rounded else None
+    by = lattice.worthwhile(scene) if rounded else None
     return compute_transfer(scene, points, normals, bands, rays, seed=seed, start=start, lattice=by)
 
 

@@ -54,10 +54,14 @@ def padded(count: int) -> int:
 
 
 def array(values: Any, kind: Any = float) -> wp.array:
-    """Values where kernels run, flat but for the components of a vector `kind`."""
+    """Values where kernels run, flat but for the components of a vector `kind`.
+
+    On the CPU it shares an array's memory where types allow: numpy has large ones in huge pages, which kernels read faster.
+    """
     values = np.asarray(values)
-    flat = values.ravel() if kind in (float, int, wp.int16) else values
-    return wp.array(np.ascontiguousarray(flat), dtype=kind, device=_place())
+    flat = values.ravel() if kind in (float, int) else values
+    number = np.int32 if kind is int else np.float32
+    return wp.array(np.ascontiguousarray(flat, dtype=number), dtype=kind, device=_place(), copy=False)
 
 
 def zeros(count: int) -> wp.array:
@@ -130,17 +134,18 @@ def _kernel(key: str, text: str, arguments: tuple):
 
 @no_type_check
 def launch(kernel, count: int, arguments: list) -> None:
-    """Run items 0 … count - 1; on the CPU in one part a thread, since Warp releases Python's lock while it runs."""
+    """Run items 0 … count - 1; on the CPU by all threads, since Warp releases Python's lock while it runs."""
     place = _place()
     wp.load_module(kernel.module, device=place)
     arguments = [*arguments, *(_textures[place, name] for name in getattr(kernel, "textures", ()))]
     if place != "cpu" or count < 2 * THREADS:
         wp.launch(kernel, dim=count, inputs=[*arguments, 0], device=place)
         return
-    edges = [count * k // THREADS for k in range(THREADS + 1)]
+    parts = max(THREADS, min(8 * THREADS, count // 64))  # so many that no thread waits long for another's last
+    edges = [count * k // parts for k in range(parts + 1)]
 
     def run(k: int) -> None:
         wp.launch(kernel, dim=edges[k + 1] - edges[k], inputs=[*arguments, edges[k]], device=place)
 
     with ThreadPoolExecutor(THREADS) as pool:
-        list(pool.map(run, range(THREADS)))
+        list(pool.map(run, range(parts)))

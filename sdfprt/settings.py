@@ -30,9 +30,10 @@ class Transfer:
 
 @dataclass(frozen=True)
 class Lattice:
-    cells: int = 96  # along the longest side of the bounds
-    near: float = 0.04  # error of interpolation that is let pass in cells at the surface, of a cell
-    far: float = 0.25  # the same elsewhere
+    cells: int = 48  # coarse ones along the longest side of the bounds
+    near: float = 1e-4  # error of interpolation that is let pass at the surface, of the scene
+    far: float = 0.15  # and this much of the distance elsewhere
+    cheap: int = 12_000  # characters of a field's C++ up to which rays are quicker by the field itself
 
 
 @dataclass(frozen=True)

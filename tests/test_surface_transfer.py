@@ -152,8 +152,8 @@ def test_wrong_arguments_are_refused(scene: Scene):
         (
             ("trace.h", "lattice.h", "packets.h", "transfer.h"),
             "points normals out box norms frame",
-            {"order": wp.array(dtype=int), "corners": wp.array(dtype=wp.int16)}
-            | dict.fromkeys(("bands", "rays", "seed", "start", "shadowed", "total"), int)
+            dict.fromkeys(("order", "entries", "records", "numbers"), wp.array(dtype=int))
+            | dict.fromkeys(("bands", "rays", "seed", "shadowed", "total"), int)
             | {"offset": float, "near": float, "step": float, "steps": int},
         ),
     ],

@@ -207,7 +207,7 @@ def _page(title: str, line: str, splits: list[Split], rows: list[BandRow], secti
         "body{font:15px sans-serif;margin:2em;max-width:90em}td,th{padding:.2em .8em;text-align:right}"
         "p{max-width:60em}td:first-child,th:first-child{text-align:left}td{border-top:1px solid #ddd}"
         "table{border-collapse:collapse}"
-        "figure{display:inline-block;margin:.4em}img{display:block;image-rendering:pixelated}"
+        "figure{display:inline-block;vertical-align:top;margin:.4em}img{display:block;image-rendering:pixelated}"
     )
     return (
         f"<!doctype html><meta charset=utf-8><title>sdfprt: {html.escape(title)}</title><style>{style}</style>"

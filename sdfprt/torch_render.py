@@ -96,10 +96,9 @@ def _seen_by_opengl(scene: Scene, camera: Camera, size: tuple[int, int], samples
 def _seen_by_warp(scene: Scene, camera: Camera, size: tuple[int, int], samples: int) -> Iterator[Seen]:
     """The Warp tracer, the whole picture at once."""
     seen = gbuffer(scene, camera, size, samples)
-    arrays = (seen.mask, seen.points, seen.normals, *colours(scene, seen.points, seen.normals))
-    mask, points, normals, albedo, exponent = (None if v is None else _sent(v) for v in arrays)
+    albedo, exponent = (None if v is None else _sent(v) for v in colours(scene, seen.points, seen.normals))
     whole = (0, 0, size[0] * samples, size[1] * samples)
-    yield Seen(whole, mask, points, normals, albedo, exponent)
+    yield Seen(whole, _sent(seen.mask), _sent(seen.points), _sent(seen.normals), albedo, exponent)
 
 
 SURFACES = {"torch": _seen_by_opengl, "warp": _seen_by_warp}

@@ -69,8 +69,8 @@ def test_tensors_are_shaded_as_arrays_are():
     for colours in ({}, {"albedo": albedo, "exponent": s}):
         expected = shading.shade(T, n, o, L, DiffusePhong(), result_bands=6, **colours)
         for kind, error in ((torch.float64, 1e-12), (torch.float32, 1e-4)):  # values reach 30; products of 16 x 36 terms
-            given = [torch.tensor(v, dtype=kind) for v in (T, n, o)]
+            t, normals, outgoing = (torch.tensor(v, dtype=kind) for v in (T, n, o))
             sent = {name: torch.tensor(v, dtype=kind) for name, v in colours.items()}
-            got = shading.shade(*given, L, DiffusePhong(), result_bands=6, **sent)
+            got = shading.shade(t, normals, outgoing, L, DiffusePhong(), result_bands=6, **sent)
             assert isinstance(got, torch.Tensor) and got.dtype == kind and expected.max() > 1
             np.testing.assert_allclose(got.numpy(), expected, rtol=0, atol=error)

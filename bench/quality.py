@@ -2,10 +2,13 @@
 
 Protocol `views`: 3 lights x 3 views, linear radiance, peak = the exact picture's 99.9th percentile over hit pixels.
 Protocol `paper`: 30 views on a trajectory, MAE, PSNR and SSIM over whole images (learnt transfer, Sec. 5).
-Writes quality.md, quality.json and quality.png.
+Writes quality.md, quality.json and quality.png. A scene whose figures quality.json in that folder has already, of the same
+text, weights and protocol, is not measured again: `-o docs` measures what is new and writes the whole page.
 """
 
 import argparse
+import hashlib
+import json
 import time
 from pathlib import Path
 
@@ -82,6 +85,18 @@ def measure_scene(
     ]
 
 
+def _key(*parts: object) -> str:
+    return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
+
+
+def _measured(path: Path) -> dict[str, list[dict]]:
+    """What an earlier run left, by key."""
+    try:
+        return json.loads(path.read_text())["measured"]
+    except (OSError, ValueError, KeyError):
+        return {}
+
+
 def shipped(widths: list[int]) -> list[str]:
     """Scenes of the library that have weights of every width."""
     library = folder("sdf_library")
@@ -116,18 +131,28 @@ def _plot(rows: list[dict], path: Path) -> None:
 def main() -> None:
     args = _arguments()
     lights = [Light.load(name) for name in args.lights]
-    rows, text = [], ""
-    start = time.perf_counter()
-    for source in args.scenes or shipped(args.widths):
+    sources = args.scenes or shipped(args.widths)
+    kept, measured, text = _measured(args.output / "quality.json"), {}, ""
+    new, start = 0, time.perf_counter()
+    for number, source in enumerate(sources, 1):
         which = scene.Scene.load(source)
         assets = {width: bake(which, width=width) for width in args.widths}
+        weights = [(width, [w.tobytes() + b.tobytes() for w, b in asset.net.weights]) for width, asset in assets.items()]
         for protocol, views in (("views", args.views), ("paper", args.paper_views)):
             if args.protocol in (protocol, "both"):
                 chosen = lights if protocol == "views" else lights[:1]
-                rows += measure_scene(which, assets, chosen, views, args.size, args.rays, protocol == "paper")
-        took = f"{time.perf_counter() - start:.0f} s"
+                names = [light.name for light in chosen]
+                key = _key(which.hash, weights, protocol, views, args.size, args.rays, names)
+                new += key not in kept
+                measured[key] = kept.get(key) or measure_scene(
+                    which, assets, chosen, views, args.size, args.rays, protocol == "paper"
+                )
+        rows = [row for own in measured.values() for row in own]
+        took = f"{time.perf_counter() - start:.0f} s for {new} of {len(measured)} measurements, the rest kept"
         line = bench.setting(f"{args.size}x{args.size}", f"{args.rays} rays a pixel", f"lights {', '.join(args.lights)}", took)
-        text = bench.save(args.output, "quality", "Network against exact transfer", line, _body(rows), {"rows": rows})
+        left = {key: own for key, own in kept.items() if key not in measured} if number < len(sources) else {}
+        data = {"rows": rows, "measured": measured | left}
+        text = bench.save(args.output, "quality", "Network against exact transfer", line, _body(rows), data)
     _plot(rows, args.output / "quality.png")
     print(text)
 

@@ -1,36 +1,24 @@
-// Path tracing of the SDF itself: item = one ray of the camera, lanes = stratified light paths through its first hit.
-// One light sample and one lobe sample a vertex, combined by the balance heuristic (Veach 1997, Sec. 9.2).
+// Path tracing of the SDF itself: item = a packet of the camera's rays; through the first hit of each go packets of stratified
+// light paths. One light sample and one lobe sample a vertex, combined by the balance heuristic (Veach 1997, Sec. 9.2).
 // The tracer is its own on purpose: nothing of the fast tracers' is shared, so that each can check the other.
+#if SDFPRT_LANES == 1
+#define SDFPRT_PATHS 4  // that go on side by side; the more, the fewer lanes are idle
+#else
+#define SDFPRT_PATHS 512
+#endif
 struct Stage : Simd {
     float low[3], high[3], epsilon, step, tap;
 
-    // Distance along the ray, from t on, where the field falls below epsilon, or less where the ray begins so near, in a
-    // crease; -1 where it leaves the bounds first. Steps are over-relaxed; back to the safe one where two balls leave a gap
-    // (Keinert et al. 2014)
-    CUDA_CALLABLE F march(F ox, F oy, F oz, F dx, F dy, F dz, F t, F close, M live) const {
-        const F far = leave(ox, low[0], high[0], dx, leave(oy, low[1], high[1], dy, leave(oz, low[2], high[2], dz, splat(1e30f))));
-        F found = splat(-1.0f), before = splat(0.0f), taken = before, omega = splat(1.5f);
-        live = live & lt(t + epsilon, far);  // from a face where the bounds cut the solid, outwards is free
-        for (int k = 0; k < 2048 && any(live); k++) {
-            const F d = Scene::distance(ox + t * dx, oy + t * dy, oz + t * dz, live), safe = d * step;
-            const M gap = lt(splat(1.0f), omega) & lt(before + safe, taken);
-            const M hit = live & ~gap & lt(d, close);
-            found = sel(hit, t, found);
-            live = live & ~hit;
-            const F ahead = sel(gap, before - taken, min(omega * safe, max(safe, far - epsilon - t)));
-            t = sel(live, t + ahead, t);
-            taken = sel(gap, splat(0.0f), ahead), before = sel(gap, splat(0.0f), safe);
-            omega = sel(gap, splat(1.0f), omega);
-            live = live & lt(t, far);
-        }
-        return found;
-    }
     // What counts as met for rays that begin where the field is d
     CUDA_CALLABLE F reach(F d) const { return min(splat(epsilon), 0.5f * d); }
-    static CUDA_CALLABLE F leave(F o, float low, float high, F d, F far) {
+    // Distance to the far face of the bounds
+    CUDA_CALLABLE F leave(F ox, F oy, F oz, F dx, F dy, F dz) const {
+        return far(ox, low[0], high[0], dx, far(oy, low[1], high[1], dy, far(oz, low[2], high[2], dz, splat(1e30f))));
+    }
+    static CUDA_CALLABLE F far(F o, float low, float high, F d, F least) {
         const F edge = sel(lt(d, splat(0.0f)), splat(low), splat(high));
         const F small = splat(1e-12f);
-        return sel(lt(abs(d), small), far, min(far, (edge - o) / sel(lt(abs(d), small), small, d)));
+        return sel(lt(abs(d), small), least, min(least, (edge - o) / sel(lt(abs(d), small), small, d)));
     }
     // Signed distance to the near face of the bounds, for rays that start outside; 0 inside
     CUDA_CALLABLE F enter(F ox, F oy, F oz, F dx, F dy, F dz) const {
@@ -55,19 +43,90 @@ struct Stage : Simd {
     }
 };
 
+// Two rays from each of many points, marched until they have met the surface or left the bounds. Those under way are packed side
+// by side every few steps, so that few lanes are idle.
+struct Rays : Simd {
+    enum { COUNT = 2 * SDFPRT_PATHS, STEPS = 4, PACKINGS = 512 };
+    float ox[SDFPRT_PATHS], oy[SDFPRT_PATHS], oz[SDFPRT_PATHS];  // origin of rays k and k + SDFPRT_PATHS
+    float close[SDFPRT_PATHS];                                   // distance within which they have met the surface
+    float dx[COUNT], dy[COUNT], dz[COUNT];                       // unit direction
+    float t[COUNT], far[COUNT];                                  // where the ray is, where it leaves the bounds
+    float ball[COUNT], taken[COUNT];                             // of the evaluation before: radius, and the step after it
+    float found[COUNT];                                          // where it met the surface, or -1
+    int list[COUNT];                                             // rays under way
+    int count;
+
+    // Rays `first` … `first` + LANES - 1 have origin and direction, and are free of the surface as far as `start`
+    CUDA_CALLABLE void begin(const Stage& stage, int first, F dx0, F dy0, F dz0, F start, M live) {
+        const int from = first % SDFPRT_PATHS;
+        const F end = stage.leave(fill(ox + from), fill(oy + from), fill(oz + from), dx0, dy0, dz0);
+        spill(dx + first, dx0), spill(dy + first, dy0), spill(dz + first, dz0);
+        spill(t + first, start), spill(far + first, end), spill(found + first, splat(-1.0f));
+        spill(ball + first, splat(0.0f)), spill(taken + first, splat(0.0f));
+        int on[SDFPRT_LANES];
+        spill(on, live & lt(start + stage.epsilon, end));  // from a face where the bounds cut the solid, outwards is free
+        for (int k = 0; k < SDFPRT_LANES; k++) {
+            list[count] = first + k;
+            count -= on[k];
+        }
+    }
+    // Steps go as far as the balls touch if the slope stays (Balint and Valasek 2018); back to the end of the ball before where
+    // they do not touch (Keinert et al. 2014)
+    CUDA_CALLABLE void march(const Stage& stage) {
+        for (int packing = 0; packing < PACKINGS && count > 0; packing++) {
+            const int all = count;
+            count = 0;
+            for (int first = 0; first < all; first += SDFPRT_LANES) {
+                int ray[SDFPRT_LANES], on[SDFPRT_LANES];
+                for (int k = 0; k < SDFPRT_LANES; k++) ray[k] = list[first + k < all ? first + k : first];
+                const I at = fill(ray), from = at & (SDFPRT_PATHS - 1);
+                const F x = gather(ox, from), y = gather(oy, from), z = gather(oz, from), near = gather(close, from);
+                const F u = gather(dx, at), v = gather(dy, at), w = gather(dz, at), end = gather(far, at);
+                F s = gather(t, at), before = gather(ball, at), came = gather(taken, at), where = splat(-1.0f);
+                M live = lt(lanes(), splat(all - first));
+                for (int k = 0; k < STEPS && any(live); k++) {
+                    const F d = Scene::distance(x + s * u, y + s * v, z + s * w, live), r = d * stage.step;
+                    const M gap = lt(splat(0.0f), came) & lt(before + r, came);
+                    const M met = live & ~gap & lt(d, near);
+                    where = sel(met, s, where);
+                    live = live & ~met;
+                    const F slope = clamp((r - before) / max(came, splat(1e-9f)), splat(-1.0f), splat(0.8f));
+                    const F ahead = sel(lt(splat(0.0f), came), 1.9f * r / (1.0f - slope), 1.2f * r);
+                    const F on_from_here = min(ahead, max(r, end - stage.epsilon - s));
+                    s = sel(live, s + sel(gap, before - came, on_from_here), s);
+                    came = sel(gap, splat(0.0f), on_from_here), before = sel(gap, splat(0.0f), r);
+                    live = live & lt(s, end);
+                }
+                float place[SDFPRT_LANES], radius[SDFPRT_LANES], stride[SDFPRT_LANES], hit[SDFPRT_LANES];
+                spill(place, s), spill(radius, before), spill(stride, came), spill(hit, where), spill(on, live);
+                for (int k = 0; k < SDFPRT_LANES && first + k < all; k++) {
+                    const int i = ray[k];
+                    t[i] = place[k], ball[i] = radius[k], taken[i] = stride[k], found[i] = hit[k];
+                    list[count] = i;
+                    count -= on[k];
+                }
+            }
+        }
+        count = 0;
+    }
+};
+
 // Empty balls with centres along the normal above a point: rays from there start at their far ends
 struct Balls : Simd {
-    float height[SDFPRT_LANES], radius[SDFPRT_LANES];
-    CUDA_CALLABLE Balls(const Stage& stage, float x, float y, float z, float nx, float ny, float nz, float lift) {
-        F h = splat(0.0f);
-        for (int k = 1; k < SDFPRT_LANES; k++) set(h, k, 2.0f * lift * exp2f(0.75f * (float)(k - 1)));
-        const F d = Scene::distance(x + h * nx, y + h * ny, z + h * nz, ones()) * stage.step;
-        for (int k = 0; k < SDFPRT_LANES; k++) height[k] = lane(h, k), radius[k] = lane(d, k);
+    enum { COUNT = 16 };
+    float height[COUNT], radius[COUNT];
+    CUDA_CALLABLE void measure(const Stage& stage, float x, float y, float z, float nx, float ny, float nz, float lift) {
+        height[0] = 0.0f;
+        for (int k = 1; k < COUNT; k++) height[k] = 2.0f * lift * exp2f(0.75f * (float)(k - 1));
+        for (int k = 0; k < COUNT; k += SDFPRT_LANES) {
+            const F h = fill(height + k);
+            spill(radius + k, Scene::distance(x + h * nx, y + h * ny, z + h * nz, ones()) * stage.step);
+        }
     }
     // How far a ray at this cosine to the normal stays inside balls that follow each other
     CUDA_CALLABLE F safe(F cosine) const {
         F t = splat(0.0f);
-        for (int k = 0; k < SDFPRT_LANES && radius[k] > 0.0f; k++) {
+        for (int k = 0; k < COUNT && radius[k] > 0.0f; k++) {
             const F along = height[k] * cosine, inside = along * along - (height[k] * height[k] - radius[k] * radius[k]);
             const F half = sqrt(max(inside, splat(0.0f)));
             t = sel(le(splat(0.0f), inside) & le(along - half, t) & lt(t, along + half), along + half, t);
@@ -106,35 +165,30 @@ struct Environment : Simd {
         pdf = gather(density, at) / max(sqrt(max(1.0f - y * y, splat(0.0f))), splat(1e-6f));
     }
     CUDA_CALLABLE void sample(F s, F t, F& dx, F& dy, F& dz, F& r, F& g, F& b, F& pdf) const {
-        F u = s, v = t, p = s;
-        for (int k = 0; k < SDFPRT_LANES; k++) {
-            float a, c;
-            const int row = find(rows, height, lane(t, k), a), column = find(columns + row * width, width, lane(s, k), c);
-            set(v, k, ((float)row + a) / (float)height);
-            set(u, k, ((float)column + c) / (float)width);
-            set(p, k, density[row * width + column]);
-        }
+        F a, c;
+        const I row = find(rows, splat(0), height, t, a), column = find(columns, row * width, width, s, c);
         F sine, cosine, east, north;
-        sincos(v * 3.14159265f, sine, cosine);
+        sincos((to_F(row) + a) * (3.14159265f / (float)height), sine, cosine);
+        const F u = (to_F(column) + c) / (float)width;
         sincos((0.5f - u) * 6.28318531f, east, north);
         const F x = sine * east, z = sine * north;
         dx = turn[0] * x + turn[1] * cosine + turn[2] * z;
         dy = turn[3] * x + turn[4] * cosine + turn[5] * z;
         dz = turn[6] * x + turn[7] * cosine + turn[8] * z;
-        look(u, v, r, g, b);
-        pdf = p / max(sine, splat(1e-6f));
+        look(u, (to_F(row) + a) / (float)height, r, g, b);
+        pdf = gather(density, row * width + column) / max(sine, splat(1e-6f));
     }
-    // First entry above x in a cumulative table; `rest`: where x lies within the entry, 0 to 1
-    static CUDA_CALLABLE int find(const float* table, int count, float x, float& rest) {
-        int low = 0, high = count - 1;
-        while (low < high) {
-            const int middle = (low + high) / 2;
-            if (table[middle] > x) high = middle;
-            else low = middle + 1;
+    // First of `count` entries above x in the cumulative table that begins at `first`; `rest`: where x lies in it, 0 to 1
+    static CUDA_CALLABLE I find(const float* table, I first, int count, F x, F& rest) {
+        I low = splat(0), high = splat(count - 1);
+        for (int reach = 1; reach < count; reach *= 2) {
+            const I middle = (low + high) >> 1;
+            const M above = lt(x, gather(table, first + middle)) | eq(low, high);
+            high = sel(above, middle, high), low = sel(above, low, middle + 1);
         }
-        const float before = low ? table[low - 1] : 0.0f, width = table[low] - before;
-        rest = width > 0.0f ? (x - before) / width : 0.5f;
-        rest = rest < 0.0f ? 0.0f : (rest > 1.0f ? 1.0f : rest);
+        const F before = sel(lt(splat(0), low), gather(table, first + clamp_index(low - 1, count)), splat(0.0f));
+        const F width = gather(table, first + low) - before;
+        rest = sel(lt(splat(0.0f), width), clamp((x - before) / width, splat(0.0f), splat(1.0f)), splat(0.5f));
         return low;
     }
 };
@@ -178,26 +232,32 @@ struct Lobes : Simd {
     }
 };
 
-// Sixteen stratified points of the square a dimension, shifted and shuffled at random; packets are independent
+// Sixteen stratified points of the square a dimension, shifted and shuffled at random in each packet. What a path draws depends on
+// its packet and its place in there alone, wherever it goes on.
 struct Random : Simd {
-    unsigned state;
-    static CUDA_CALLABLE unsigned hash(unsigned v) {  // PCG (Jarzynski and Olano 2020)
-        const unsigned s = v * 747796405u + 2891336453u, w = ((s >> ((s >> 28) + 4)) ^ s) * 277803737u;
-        return (w >> 22) ^ w;
+    U state;
+    I place;
+    CUDA_CALLABLE Random(I begin, I lane) : state(as_U(begin)), place(lane & 15) {}
+    static CUDA_CALLABLE U hash(U v) {  // PCG (Jarzynski and Olano 2020)
+        const U s = v * 747796405u + 2891336453u, w = ((s >> ((s >> 28u) + 4u)) ^ s) * 277803737u;
+        return (w >> 22u) ^ w;
     }
-    CUDA_CALLABLE float next() {
-        state = hash(state + 0x9e3779b9u);
-        return (float)(state >> 8) * 5.9604645e-8f;
-    }
+    CUDA_CALLABLE U next() { return state = hash(state + 0x9e3779b9u); }
     CUDA_CALLABLE void pair(F& u, F& v) {
-        const float a = next(), b = next();
-        const int shuffle = (int)(next() * 16.0f);
-        for (int k = 0; k < SDFPRT_LANES; k++) {
-            const int i = k ^ shuffle, back = ((i & 1) << 3) | ((i & 2) << 1) | ((i & 4) >> 1) | ((i & 8) >> 3);
-            set(u, k, (float)i * 0.0625f + a), set(v, k, (float)back * 0.0625f + b);
-        }
-        u = u - floor(u), v = v - floor(v);
+        const F a = to_F(as_I(next() >> 8u)) * 5.9604645e-8f, b = to_F(as_I(next() >> 8u)) * 5.9604645e-8f;
+        const I i = place ^ as_I(next() >> 28u), back = ((i & 1) << 3) | ((i & 2) << 1) | ((i & 4) >> 1) | ((i & 8) >> 3);
+        u = fract(to_F(i) * 0.0625f + a), v = fract(to_F(back) * 0.0625f + b);
     }
+};
+
+// Paths side by side as long as they go on
+struct Paths : Simd {
+    float x[SDFPRT_PATHS], y[SDFPRT_PATHS], z[SDFPRT_PATHS];     // where it met the surface
+    float dx[SDFPRT_PATHS], dy[SDFPRT_PATHS], dz[SDFPRT_PATHS];  // the way it came
+    float through[3][SDFPRT_PATHS];                              // what arrives of the light there
+    int number[SDFPRT_PATHS], state[SDFPRT_PATHS];               // in the batch; of its random numbers
+    float gain[3][2 * SDFPRT_PATHS];                             // light along its two rays, if they are free
+    float radiance[3][SDFPRT_PATHS];                             // so far, by number
 };
 
 {
@@ -208,95 +268,156 @@ struct Random : Simd {
     light.pixels = pixels.data, light.density = density.data, light.rows = rows.data, light.columns = columns.data;
     light.turn = numbers.data + 19, light.height = height, light.width = width;
     const F zero = Simd::splat(0.0f), one = Simd::splat(1.0f);
+    const float lift = 4.0f * stage.epsilon;
+    Rays rays;
+    Paths paths;
 
-    // First hit: on the entry face of the bounds, or by marching, then a few steps onto the surface
-    const float* way = directions.data + 3 * item;
+    // First hits, one a lane: on the entry face of the bounds, or by marching, then a few steps onto the surface
+    const int base = item * SDFPRT_LANES, members = total - base < SDFPRT_LANES ? total - base : SDFPRT_LANES;
+    float way[3][SDFPRT_LANES], point[3][SDFPRT_LANES], normal[3][SDFPRT_LANES];
+    for (int c = 0; c < 3; c++)
+        for (int g = 0; g < SDFPRT_LANES; g++) way[c][g] = directions.data[3 * (base + (g < members ? g : 0)) + c];
     const F ex = Simd::splat(numbers.data[9]), ey = Simd::splat(numbers.data[10]), ez = Simd::splat(numbers.data[11]);
-    const F vx = Simd::splat(way[0]), vy = Simd::splat(way[1]), vz = Simd::splat(way[2]);
+    const F vx = Simd::fill(way[0]), vy = Simd::fill(way[1]), vz = Simd::fill(way[2]);
     const F entry = stage.enter(ex, ey, ez, vx, vy, vz);
-    const M met = Simd::lt(entry, Simd::splat(1e29f));
-    const F near = Simd::splat(stage.epsilon);
-    const F ahead = stage.march(ex + entry * vx, ey + entry * vy, ez + entry * vz, vx, vy, vz, zero, near, met);
-    const M seen = met & Simd::le(zero, ahead);
-    alpha.data[item] = Simd::any(seen) ? 1.0f : 0.0f;
-    if (Simd::any(seen)) {
-        F t = entry + ahead;
+    Simd::spill(rays.ox, ex + entry * vx), Simd::spill(rays.oy, ey + entry * vy), Simd::spill(rays.oz, ez + entry * vz);
+    Simd::spill(rays.close, Simd::splat(stage.epsilon));
+    rays.count = 0;
+    rays.begin(stage, 0, vx, vy, vz, zero, Simd::lt(Simd::lanes(), Simd::splat(members)) & Simd::lt(entry, Simd::splat(1e29f)));
+    rays.march(stage);
+    const F ahead = Simd::fill(rays.found);
+    const M met = Simd::le(zero, ahead);
+    int seen[SDFPRT_LANES];
+    Simd::spill(seen, met);
+    for (int g = 0; g < members; g++) alpha.data[base + g] = seen[g] ? 1.0f : 0.0f;
+    if (Simd::any(met)) {
+        F t = entry + ahead, nx, ny, nz;
         // Backwards where a field that overestimates let the ray into the solid; a cut face keeps the place of entry
         for (int k = 0; k < 5; k++)
-            t = Simd::max(t + Scene::distance(ex + t * vx, ey + t * vy, ez + t * vz, seen) * stage.step, entry);
-        const F hx = ex + t * vx, hy = ey + t * vy, hz = ez + t * vz;
-        F gx, gy, gz;
-        stage.normal(hx, hy, hz, seen, gx, gy, gz);
+            t = Simd::max(t + Scene::distance(ex + t * vx, ey + t * vy, ez + t * vz, met) * stage.step, entry);
+        stage.normal(ex + t * vx, ey + t * vy, ez + t * vz, met, nx, ny, nz);
+        Simd::spill(point[0], ex + t * vx), Simd::spill(point[1], ey + t * vy), Simd::spill(point[2], ez + t * vz);
+        Simd::spill(normal[0], nx), Simd::spill(normal[1], ny), Simd::spill(normal[2], nz);
+    }
+    Balls balls[SDFPRT_LANES];
+    float sum[3][SDFPRT_LANES], square[3][SDFPRT_LANES];
+    for (int g = 0; g < members; g++) {
+        for (int c = 0; c < 3; c++) sum[c][g] = square[c][g] = 0.0f;
+        const float qx = normal[0][g], qy = normal[1][g], qz = normal[2][g];
+        if (seen[g])
+            balls[g].measure(stage, point[0][g] + lift * qx, point[1][g] + lift * qy, point[2][g] + lift * qz, qx, qy, qz, lift);
+    }
 
-        const float lift = 4.0f * stage.epsilon;
-        const float qx = Simd::lane(gx, 0), qy = Simd::lane(gy, 0), qz = Simd::lane(gz, 0);
-        const Balls balls(stage, Simd::lane(hx, 0) + lift * qx, Simd::lane(hy, 0) + lift * qy, Simd::lane(hz, 0) + lift * qz, qx, qy, qz, lift);
+    for (int next = 0; next < members * packets;) {
+        // Whole packets from the first hits
+        int owner[SDFPRT_PATHS / SDFPRT_LANES], begun = 0;
+        for (; begun < SDFPRT_PATHS && next < members * packets; next++) {
+            const int g = next / packets;
+            if (!seen[g]) continue;
+            const unsigned key = (unsigned)(start + base + g) * 0x9e3779b9u + (unsigned)(next % packets);
+            const U state = Random::hash(Random::hash(Simd::splat(key)) ^ Random::hash(Simd::splat((unsigned)seed * 0x85ebca6bu + 1u)));
+            Simd::spill(paths.state + begun, Simd::as_I(state)), Simd::spill(paths.number + begun, Simd::lanes() + begun);
+            Simd::spill(paths.x + begun, Simd::splat(point[0][g])), Simd::spill(paths.dx + begun, Simd::splat(way[0][g]));
+            Simd::spill(paths.y + begun, Simd::splat(point[1][g])), Simd::spill(paths.dy + begun, Simd::splat(way[1][g]));
+            Simd::spill(paths.z + begun, Simd::splat(point[2][g])), Simd::spill(paths.dz + begun, Simd::splat(way[2][g]));
+            for (int c = 0; c < 3; c++) Simd::spill(paths.through[c] + begun, one), Simd::spill(paths.radiance[c] + begun, zero);
+            owner[begun / SDFPRT_LANES] = g;
+            begun += SDFPRT_LANES;
+        }
 
-        Random random;
-        random.state = Random::hash((unsigned)(start + item)) ^ Random::hash((unsigned)seed * 0x85ebca6bu + 1u);
-        float sum[3] = {0, 0, 0}, square[3] = {0, 0, 0};
-        for (int packet = 0; packet < packets; packet++) {
-            F x = hx, y = hy, z = hz, nx = gx, ny = gy, nz = gz, ox = -vx, oy = -vy, oz = -vz;
-            F through[3] = {one, one, one}, radiance[3] = {zero, zero, zero};
-            M live = Simd::ones();
-            for (int depth = 0; depth <= bounces; depth++) {
+        int count = begun;
+        for (int depth = 0; depth <= bounces && count > 0; depth++) {
+            // Two rays from each vertex
+            for (int first = 0; first < count; first += SDFPRT_LANES) {
+                const M live = Simd::lt(Simd::lanes(), Simd::splat(count - first));
+                const F dx = Simd::fill(paths.dx + first), dy = Simd::fill(paths.dy + first), dz = Simd::fill(paths.dz + first);
+                F x = Simd::fill(paths.x + first), y = Simd::fill(paths.y + first), z = Simd::fill(paths.z + first), nx, ny, nz;
+                const int g = owner[first / SDFPRT_LANES];
+                if (depth == 0) {
+                    nx = Simd::splat(normal[0][g]), ny = Simd::splat(normal[1][g]), nz = Simd::splat(normal[2][g]);
+                } else {
+                    const F d = Scene::distance(x, y, z, live);
+                    x += d * dx, y += d * dy, z += d * dz;
+                    stage.normal(x, y, z, live, nx, ny, nz);
+                }
                 Lobes lobes(numbers.data + 12);
                 SDFPRT_SURFACE
                 lobes.choose();
-                const F wn = nx * ox + ny * oy + nz * oz;
-                const F mx = 2.0f * wn * nx - ox, my = 2.0f * wn * ny - oy, mz = 2.0f * wn * nz - oz;
+                const F wn = -(nx * dx + ny * dy + nz * dz);
+                const F mx = 2.0f * wn * nx + dx, my = 2.0f * wn * ny + dy, mz = 2.0f * wn * nz + dz;
                 const F sx = x + lift * nx, sy = y + lift * ny, sz = z + lift * nz;
-                F close = Simd::splat(balls.radius[0] / stage.step);
-                if (depth > 0) close = Scene::distance(sx, sy, sz, live);
-                close = stage.reach(close);
-                F u, v, dx, dy, dz, r[3], f[3], here, there;
+                const F near = depth == 0 ? Simd::splat(balls[g].radius[0] / stage.step) : Scene::distance(sx, sy, sz, live);
+                Simd::spill(rays.ox + first, sx), Simd::spill(rays.oy + first, sy), Simd::spill(rays.oz + first, sz);
+                Simd::spill(rays.close + first, stage.reach(near));
+                Random random(Simd::fill(paths.state + first), Simd::fill(paths.number + first));
 
-                // Towards the light
-                random.pair(u, v);
-                light.sample(u, v, dx, dy, dz, r[0], r[1], r[2], there);
-                const F up = nx * dx + ny * dy + nz * dz;
-                lobes.evaluate(up, mx * dx + my * dy + mz * dz, f, here);
-                M useful = live & Simd::lt(zero, up);
-                F found = stage.march(sx, sy, sz, dx, dy, dz, depth > 0 ? zero : balls.safe(up), close, useful);
-                M free = useful & Simd::lt(found, zero);
-                for (int c = 0; c < 3; c++)
-                    radiance[c] += Simd::sel(free, through[c] * f[c] * r[c] / (here + there), zero);
-
-                // Along the lobe
-                random.pair(u, v);
-                lobes.sample(u, v, nx, ny, nz, mx, my, mz, dx, dy, dz);
-                const F cosine = nx * dx + ny * dy + nz * dz;
-                lobes.evaluate(cosine, mx * dx + my * dy + mz * dz, f, here);
-                useful = live & Simd::lt(zero, cosine) & Simd::lt(Simd::splat(1e-12f), here);
-                found = stage.march(sx, sy, sz, dx, dy, dz, depth > 0 ? zero : balls.safe(cosine), close, useful);
-                free = useful & Simd::lt(found, zero);
-                light.evaluate(dx, dy, dz, r[0], r[1], r[2], there);
-                for (int c = 0; c < 3; c++)
-                    radiance[c] += Simd::sel(free, through[c] * f[c] * r[c] / (here + there), zero);
-
-                // On from where the lobe's ray hit; Russian roulette after three bounces
-                live = useful & Simd::le(zero, found);
-                if (depth == bounces || !Simd::any(live)) break;
-                for (int c = 0; c < 3; c++) through[c] = Simd::sel(live, through[c] * f[c] / here, zero);
-                if (depth >= 3) {
+                // The first towards the light, the second along the lobe
+                for (int which = 0; which < 2; which++) {
+                    F u, v, wx, wy, wz, r[3], f[3], here, there;
                     random.pair(u, v);
+                    if (which == 0) light.sample(u, v, wx, wy, wz, r[0], r[1], r[2], there);
+                    else lobes.sample(u, v, nx, ny, nz, mx, my, mz, wx, wy, wz);
+                    if (which == 1) light.evaluate(wx, wy, wz, r[0], r[1], r[2], there);
+                    const F up = nx * wx + ny * wy + nz * wz;
+                    lobes.evaluate(up, mx * wx + my * wy + mz * wz, f, here);
+                    const M useful = live & Simd::lt(zero, up) & Simd::lt(Simd::splat(which == 0 ? 0.0f : 1e-12f), here);
+                    const int at = first + which * SDFPRT_PATHS;
+                    rays.begin(stage, at, wx, wy, wz, depth == 0 ? balls[g].safe(up) : zero, useful);
+                    for (int c = 0; c < 3; c++) {
+                        const F through = Simd::fill(paths.through[c] + first);
+                        Simd::spill(paths.gain[c] + at, Simd::sel(useful, through * f[c] * r[c] / (here + there), zero));
+                        if (which == 1) Simd::spill(paths.through[c] + first, Simd::sel(useful, through * f[c] / here, zero));
+                    }
+                }
+                Simd::spill(paths.state + first, Simd::as_I(random.state));
+            }
+            rays.march(stage);
+
+            // Light where a ray is free; on from where the lobe's ray met the surface, by Russian roulette after three bounces
+            int kept = 0;
+            for (int first = 0; first < count; first += SDFPRT_LANES) {
+                const F shadow = Simd::fill(rays.found + first), found = Simd::fill(rays.found + SDFPRT_PATHS + first);
+                float bright[3][SDFPRT_LANES];
+                for (int c = 0; c < 3; c++) {
+                    const F a = Simd::fill(paths.gain[c] + first), b = Simd::fill(paths.gain[c] + SDFPRT_PATHS + first);
+                    Simd::spill(bright[c], Simd::sel(Simd::lt(shadow, zero), a, zero) + Simd::sel(Simd::lt(found, zero), b, zero));
+                }
+                M live = Simd::le(zero, found);
+                if (depth >= 3) {
+                    Random random(Simd::fill(paths.state + first), Simd::fill(paths.number + first));
+                    F u, v, through[3];
+                    random.pair(u, v);
+                    for (int c = 0; c < 3; c++) through[c] = Simd::fill(paths.through[c] + first);
                     const F stay = Simd::clamp(Simd::max(through[0], Simd::max(through[1], through[2])), Simd::splat(0.05f), one);
                     live = live & Simd::lt(u, stay);
-                    for (int c = 0; c < 3; c++) through[c] = through[c] / stay;
+                    for (int c = 0; c < 3; c++) Simd::spill(paths.through[c] + first, through[c] / stay);
+                    Simd::spill(paths.state + first, Simd::as_I(random.state));
                 }
-                x = sx + found * dx, y = sy + found * dy, z = sz + found * dz;
-                const F d = Scene::distance(x, y, z, live);
-                x += d * dx, y += d * dy, z += d * dz;
-                stage.normal(x, y, z, live, nx, ny, nz);
-                ox = -dx, oy = -dy, oz = -dz;
+                int on[SDFPRT_LANES];
+                Simd::spill(on, live);
+                for (int k = 0; k < SDFPRT_LANES && first + k < count; k++) {
+                    const int i = first + k, ray = SDFPRT_PATHS + i;
+                    for (int c = 0; c < 3; c++) paths.radiance[c][paths.number[i]] += bright[c][k];
+                    paths.x[kept] = rays.ox[i] + rays.found[ray] * rays.dx[ray], paths.dx[kept] = rays.dx[ray];
+                    paths.y[kept] = rays.oy[i] + rays.found[ray] * rays.dy[ray], paths.dy[kept] = rays.dy[ray];
+                    paths.z[kept] = rays.oz[i] + rays.found[ray] * rays.dz[ray], paths.dz[kept] = rays.dz[ray];
+                    for (int c = 0; c < 3; c++) paths.through[c][kept] = paths.through[c][i];
+                    paths.number[kept] = paths.number[i], paths.state[kept] = paths.state[i];
+                    kept -= on[k];
+                }
             }
+            count = kept;
+        }
+        for (int first = 0; first < begun; first += SDFPRT_LANES) {
+            const int g = owner[first / SDFPRT_LANES];
             for (int c = 0; c < 3; c++) {
                 float mean = 0.0f;
-                for (int k = 0; k < SDFPRT_LANES; k++) mean += Simd::lane(radiance[c], k);
+                for (int k = 0; k < SDFPRT_LANES; k++) mean += paths.radiance[c][first + k];
                 mean /= (float)SDFPRT_LANES;
-                sum[c] += mean, square[c] += mean * mean;
+                sum[c][g] += mean, square[c][g] += mean * mean;
             }
         }
-        for (int c = 0; c < 3; c++) total.data[3 * item + c] = sum[c], squares.data[3 * item + c] = square[c];
     }
+    for (int g = 0; g < members; g++)
+        for (int c = 0; c < 3; c++) all.data[3 * (base + g) + c] = sum[c][g], squares.data[3 * (base + g) + c] = square[c][g];
 }

@@ -1,7 +1,8 @@
 """Which back end draws a picture: glsl, torch, warp, or auto, which takes the cheapest by measurement.
 
-A network's cost depends on its size alone, so `costs` measures each size once, on a ball that fills the picture, and keeps the
-result in the cache under the names of the OpenGL driver and torch's device. Without OpenGL there is warp only.
+A picture costs something in itself and something a sample; both depend on the network's size alone but for the scene's own
+tracing. So `costs` measures each size once, on a ball that fills a small and a larger picture, and keeps the result in the
+cache under the names of the OpenGL driver and the devices of torch and Warp. Without OpenGL there is warp only.
 """
 
 import json
@@ -11,13 +12,13 @@ from typing import Any
 
 import torch
 
-from sdfprt import torch_render
+from sdfprt import native, settings, torch_render
 from sdfprt.asset import Asset
 from sdfprt.camera import Camera
 from sdfprt.errors import SdfprtError
 from sdfprt.image import atomic_write
 from sdfprt.light import Light
-from sdfprt.material import Diffuse
+from sdfprt.material import Diffuse, Material
 from sdfprt.network import TransferNet
 from sdfprt.render import Frame, context
 from sdfprt.render import frame as gl_frame
@@ -25,11 +26,11 @@ from sdfprt.resources import cache_folder
 from sdfprt.scene import Scene
 
 NAMES = ("glsl", "torch", "warp")
-_SIDE = 96  # pixels of the picture that is timed
+_SIDES = 32, 128  # pixels of the pictures that are timed
 _TURNS = 3
 _BALL = "float sdf(vec3 p) { return length(p) - 0.9; }"
 
-Costs = dict[str, float]
+Costs = dict[str, list[float]]  # of each back end: seconds a picture, and seconds a sample
 
 
 def has_opengl() -> bool:
@@ -46,17 +47,22 @@ def size_of(net: TransferNet) -> tuple[int, ...]:
 
 
 def measure(net: TransferNet) -> Costs:
-    """Seconds a picture of glsl and torch for a network, compiling left out; turns interleaved, the least of each."""
+    """Costs of all back ends for a network, compiling left out; turns interleaved, the least of each."""
     ball, light = Scene(glsl=_BALL), Light.load("studio")
     camera = Camera(eye=(0.0, 0.0, 3.0), fov=20.0)
-    best = {"glsl": float("inf"), "torch": float("inf")}
+    best = {(name, side): float("inf") for name in NAMES for side in _SIDES}
     for turn in range(1 + _TURNS):
-        for name in best:
+        for name, side in best:
             start = time.perf_counter()
-            frame(ball, net, light, Diffuse(), camera, (_SIDE, _SIDE), backend=name)
+            frame(ball, net, light, Diffuse(), camera, (side, side), backend=name)
             if turn:
-                best[name] = min(best[name], time.perf_counter() - start)
-    return best
+                best[name, side] = min(best[name, side], time.perf_counter() - start)
+    small, large = _SIDES
+    found = {}
+    for name in NAMES:
+        slope = max(best[name, large] - best[name, small], 0.0) / (large**2 - small**2)
+        found[name] = [max(best[name, small] - slope * small**2, 0.0), slope]
+    return found
 
 
 def costs(net: TransferNet, measured: Callable[[TransferNet], Costs] = measure) -> Costs:
@@ -66,7 +72,8 @@ def costs(net: TransferNet, measured: Callable[[TransferNet], Costs] = measure) 
         known = json.loads(path.read_text())
     except (OSError, ValueError):
         known = {}
-    machine = [context().info["GL_RENDERER"], torch_render.device(), torch.__version__, str(torch.get_num_threads())]
+    torchs = [torch_render.device(), torch.__version__, str(torch.get_num_threads())]
+    machine = ["x".join(map(str, _SIDES)), context().info["GL_RENDERER"], *torchs, native.device()]
     key = " | ".join([*machine, "x".join(map(str, size_of(net)))])
     if not (isinstance(known, dict) and isinstance(known.get(key), dict)):
         known = {**(known if isinstance(known, dict) else {}), key: measured(net)}
@@ -76,18 +83,35 @@ def costs(net: TransferNet, measured: Callable[[TransferNet], Costs] = measure) 
     return known[key]
 
 
-def choose(net: TransferNet, measured: Callable[[TransferNet], Costs] = measure) -> str:
-    """The cheapest back end for a network of this size; warp where there is no OpenGL."""
+def choose(
+    net: TransferNet,
+    size: tuple[int, int] = (settings.Render.width, settings.Render.height),
+    samples: int = settings.Render.samples,
+    measured: Callable[[TransferNet], Costs] = measure,
+) -> str:
+    """The cheapest back end for a network of this size and a picture of `size` (W, H); warp where there is no OpenGL."""
     if not has_opengl():
         return "warp"
     found = costs(net, measured)
-    return min(found, key=lambda name: found[name])
+    rays = size[0] * size[1] * samples**2
+    return min(found, key=lambda name: found[name][0] + found[name][1] * rays)
 
 
-def frame(scene: Scene, asset: Asset | TransferNet, light: Light, *positional: Any, backend: str = "glsl", **options: Any) -> Frame:
+def frame(
+    scene: Scene,
+    asset: Asset | TransferNet,
+    light: Light,
+    material: Material | None = None,
+    camera: Camera | None = None,
+    size: tuple[int, int] = (settings.Render.width, settings.Render.height),
+    samples: int = settings.Render.samples,
+    backend: str = "glsl",
+    **options: Any,
+) -> Frame:
     """sdfprt.render.frame by a back end of NAMES or `auto`. Raises SdfprtError for another name."""
+    positional = (material, camera, size, samples)
     if backend == "auto":
-        backend = choose(asset if isinstance(asset, TransferNet) else asset.net)
+        backend = choose(asset if isinstance(asset, TransferNet) else asset.net, size, samples)
     if backend == "glsl":
         return gl_frame(scene, asset, light, *positional, **options)
     if backend not in NAMES:

@@ -542,7 +542,10 @@ def compare(
     ] = None,
     tone_mapped: Annotated[bool, typer.Option("--tone-mapped", help="After the tone curve and sRGB, as PNGs show it.")] = False,
 ) -> None:
-    """Compare two pictures, A with the reference B; prints JSON: mae, psnr, ssim, flip, and nan, the pixels left out."""
+    """Compare two pictures, A with the reference B; prints JSON: mae, psnr, ssim, flip, and nan, the pixels left out.
+
+    psnr is null where the two are identical, ssim where they have fewer than 3 rows or columns.
+    """
     import numpy as np
 
     from sdfprt import metrics
@@ -563,7 +566,9 @@ def compare(
         use = np.asarray((first.alpha > 0) & (second.alpha > 0))
     elif mask is not None:
         use = np.asarray((read(Path(mask)).rgb > 0).any(axis=2))
-    print(json.dumps(metrics.compare(first.rgb, second.rgb, mask=use, tone_mapped=tone_mapped), indent=2))
+    found = metrics.compare(first.rgb, second.rgb, mask=use, tone_mapped=tone_mapped)
+    # Infinity and NaN are not JSON
+    print(json.dumps({name: value if np.isfinite(value) else None for name, value in found.items()}, indent=2, allow_nan=False))
     if heatmap is not None:
         metrics.write_heatmap(heatmap, first.rgb, second.rgb, use)
 

@@ -160,16 +160,16 @@ class _Tracer:
         self.shape = [height, width, bounces]
         names = ("directions", "numbers", "pixels", "density", "rows", "columns")
         kinds = {name: wp.array(dtype=float) for name in names}
-        kinds |= {name: int for name in ("height", "width", "bounces", "start", "packets", "seed")}
-        kinds |= {name: wp.array(dtype=float) for name in ("total", "squares", "alpha")}
+        kinds |= {name: int for name in ("height", "width", "bounces", "start", "packets", "seed", "total")}
+        kinds |= {name: wp.array(dtype=float) for name in ("all", "squares", "alpha")}
         self.kernel = native.build(_surface(scene, material), ("reference.h",), kinds)
 
     def run(self, directions: ndarray, start: int, packets: int, seed: int) -> tuple[ndarray, ndarray, ndarray]:
         """Sums of packet means and of their squares (N, 3), and hits (N,), of N rays whose first has the number `start`."""
         count = len(directions)
         out = [native.zeros(count * channels) for channels in (3, 3, 1)]
-        arguments = [native.array(directions), *self.constant, *self.shape, start, packets, seed % 2**31, *out]
-        native.launch(self.kernel, count, arguments)
+        arguments = [native.array(directions), *self.constant, *self.shape, start, packets, seed % 2**31, count, *out]
+        native.launch(self.kernel, -(-count // native.lanes()), arguments)
         total, squares, alpha = (array.numpy().astype(np.float64) for array in out)
         return total.reshape(-1, 3), squares.reshape(-1, 3), alpha
 

@@ -115,7 +115,7 @@ def report(
     for material in materials:
         truth = reference_image(scene, light, material, camera, size, spp)
         mask = view.mask & (truth.alpha > 0)
-        pictures = {"reference": truth.rgb}
+        pictures, exacts = {"reference": truth.rgb}, {}
 
         # One network a width
         for width, asset in assets.items():
@@ -125,8 +125,8 @@ def report(
             seen = mask & (drawn.alpha > 0)
             predicted = view.predicted(asset.net).shade(light, material)
             splits.append(split(material, width, drawn.rgb, predicted, fine, truth.rgb, seen))
-            pictures[f"exact, {n} bands"] = fine
-            pictures[f"k={width}"] = drawn.rgb
+            exacts[n] = fine
+            pictures[f"network, k={width}, {n} bands"] = drawn.rgb
 
         # What more bands buy and cost
         for transfer, of_light, result in bands:
@@ -139,9 +139,10 @@ def report(
             found = measure(fine, truth.rgb, mask)
             rows.append(BandRow(name(material), transfer, of_light, result, found["psnr"], found["flip"], 1e3 * spent))
             if transfer == of_light == result:
-                pictures[f"exact, {transfer} bands"] = fine
+                exacts[transfer] = fine
+        pictures |= {f"exact transfer, {n} bands": picture for n, picture in sorted(exacts.items())}
         noise = float(np.sqrt(np.mean(truth.standard_error[mask] ** 2)) / peak_of(truth.rgb, mask))
-        sections.append(_gallery(f"{name(material)}; noise of the reference {-20 * np.log10(noise):.1f} dB", pictures))
+        sections.append(_gallery(f"{name(material)}; noise of the reference {-20 * np.log10(noise):.1f} dB", pictures, mask))
     settings_line = f"{size[0]}x{size[1]}, light {light.name}, {spp} paths a pixel, {rays} rays a pixel"
     page = _page(scene.name, settings_line, splits, rows, sections)
     with image.atomic_write(output) as temporary:
@@ -149,8 +150,8 @@ def report(
     return splits, rows
 
 
-def _gallery(title: str, pictures: dict[str, ndarray]) -> str:
-    """Tone-mapped pictures above their FLIP heatmaps against the first."""
+def _gallery(title: str, pictures: dict[str, ndarray], mask: ndarray) -> str:
+    """Tone-mapped pictures above their FLIP heatmaps against the first; numbers over the mask."""
     from matplotlib import colormaps
 
     truth = next(iter(pictures.values()))
@@ -159,10 +160,9 @@ def _gallery(title: str, pictures: dict[str, ndarray]) -> str:
         shown = image.srgb_encode(image.tone_map(picture))
         error = metrics.flip_map(image.tone_map(picture), image.tone_map(truth))
         heat = colormaps["magma"](np.clip(error, 0, 1))[..., :3]
-        cells.append(
-            f"<figure>{_png(shown)}{_png(heat)}<figcaption>{html.escape(caption)}<br>FLIP {error.mean():.4f}</figcaption></figure>"
-        )
-    return f"<h2>{html.escape(title)}</h2><div>{''.join(cells)}</div>"
+        numbers = f"{measure(picture, truth, mask)['psnr']:.1f} dB, FLIP {error[mask].mean():.3f}" if picture is not truth else ""
+        cells.append(f"<figure>{_png(shown)}{_png(heat)}<figcaption>{html.escape(caption)}<br>{numbers}</figcaption></figure>")
+    return f"<h3>{html.escape(title)}</h3><div>{''.join(cells)}</div>"
 
 
 def _png(picture: ndarray) -> str:
@@ -171,6 +171,15 @@ def _png(picture: ndarray) -> str:
     memory = io.BytesIO()
     iio.imwrite(memory, (np.clip(picture, 0, 1) * 255 + 0.5).astype(np.uint8), extension=".png")
     return f'<img alt="" src="data:image/png;base64,{base64.b64encode(memory.getvalue()).decode()}">'
+
+
+PARTS = (
+    "total: the network's picture by OpenGL against the reference; network: its transfer against exact transfer, same shading; "
+    "truncation: exact transfer against the reference; rest: what OpenGL adds. Each in dB as if it were alone; the shares are "
+    "those of the squared error and add up to 1, a negative one cancels part of another."
+)
+BANDS_TEXT = "Against the reference, on linear radiance; milliseconds are the shading's, in numpy."
+PICTURES = "Above as PNGs are shown, below FLIP of the two as shown, black 0 to white 1."
 
 
 def _cell(key: str, value: object) -> str:
@@ -196,12 +205,15 @@ def table(rows: Sequence[Split | BandRow]) -> str:
 def _page(title: str, line: str, splits: list[Split], rows: list[BandRow], sections: list[str]) -> str:
     style = (
         "body{font:15px sans-serif;margin:2em;max-width:90em}td,th{padding:.2em .8em;text-align:right}"
-        "figure{display:inline-block;margin:.4em}img{display:block;image-rendering:pixelated}"
+        "p{max-width:60em}td:first-child,th:first-child{text-align:left}td{border-top:1px solid #ddd}"
+        "table{border-collapse:collapse}"
+        "figure{display:inline-block;vertical-align:top;margin:.4em}img{display:block;image-rendering:pixelated}"
     )
     return (
         f"<!doctype html><meta charset=utf-8><title>sdfprt: {html.escape(title)}</title><style>{style}</style>"
-        f"<h1>{html.escape(title)}: where the error comes from</h1><p>{html.escape(line)}. PSNR in dB over hit pixels, "
-        "peak: 99.9th percentile of the reference; shares add up to 1.</p>"
-        f"<h2>Network, truncation, rest</h2>{table(splits)}"
-        f"<h2>Bands of transfer, light and result, exact transfer</h2>{table(rows)}{''.join(sections)}"
+        f"<h1>{html.escape(title)}: where the error comes from</h1><p>{html.escape(line)}. PSNR in dB and FLIP over hit pixels, "
+        "peak: 99.9th percentile of the reference.</p>"
+        f"<h2>Network, truncation, rest</h2><p>{PARTS}</p>{table(splits)}"
+        f"<h2>Bands of transfer, light and result, exact transfer</h2><p>{BANDS_TEXT}</p>{table(rows)}"
+        f"<h2>Pictures</h2><p>{PICTURES}</p>{''.join(sections)}"
     )

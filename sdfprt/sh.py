@@ -4,7 +4,9 @@ y_1 = 0.488603 (-y, z, -x): for m > 0 sqrt(2) Re, for m < 0 sqrt(2) Im of the co
 """
 
 import functools
+import sys
 from math import factorial, pi, sqrt
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -16,30 +18,36 @@ from sdfprt.errors import SdfprtError
 MAX_BANDS = 10
 
 
-def basis(d: Float[ndarray, "*n 3"], bands: int) -> Float[ndarray, "*n k"]:
-    """All k = bands**2 basis functions at unit directions, by the recurrence in l of each order m."""
+def module_of(values: Any) -> Any:
+    """numpy, or torch for a tensor: formulas that are written once call functions of it that both have."""
+    return sys.modules["torch"] if type(values).__module__.partition(".")[0] == "torch" else np
+
+
+def basis(d: Float[Any, "*n 3"], bands: int) -> Float[Any, "*n k"]:
+    """All k = bands**2 basis functions at unit directions, by the recurrence in l of each order m; for a tensor a tensor."""
     if not 1 <= bands <= 2 * MAX_BANDS:
         raise SdfprtError(f"SH bands must be 1 to {2 * MAX_BANDS}, not {bands}")
-    d = np.asarray(d, np.float64)
-    x, y, z = np.moveaxis(d, -1, 0)
-    out = np.empty((*d.shape[:-1], bands * bands))
+    xp = module_of(d)
+    d = np.asarray(d, np.float64) if xp is np else d
+    x, y, z = d[..., 0], d[..., 1], d[..., 2]
+    out = [z] * (bands * bands)
     # Re and Im of (x + iy)^m carry sin^m cos(m phi) and sin^m sin(m phi)
-    re, im = np.ones_like(x), np.zeros_like(x)
+    re, im = xp.ones_like(x), xp.zeros_like(x)
     diagonal = 1.0  # P_m^m without its sin^m, Condon-Shortley sign included
     for m in range(bands):
-        before, here = np.zeros_like(z), np.full_like(z, diagonal)
+        before, here = xp.zeros_like(z), xp.full_like(z, diagonal)
         for degree in range(m, bands):
             scale = sqrt((2 * degree + 1) / (4 * pi) * factorial(degree - m) / factorial(degree + m))
             at = degree * (degree + 1)
             if m == 0:
-                out[..., at] = scale * here
+                out[at] = scale * here
             else:
-                out[..., at + m] = sqrt(2) * scale * here * re
-                out[..., at - m] = sqrt(2) * scale * here * im
+                out[at + m] = sqrt(2) * scale * here * re
+                out[at - m] = sqrt(2) * scale * here * im
             before, here = here, ((2 * degree + 1) * z * here - (degree + m) * before) / (degree - m + 1)
         re, im = re * x - im * y, re * y + im * x
         diagonal *= -(2 * m + 1)
-    return out
+    return xp.stack(out, -1)
 
 
 def project(latlong: Float[ndarray, "h w c"], bands: int) -> Float[ndarray, "k c"]:

@@ -2,7 +2,7 @@
 
 Goldens are `images/<name>.exr` (radiance) beside the test file; `pytest --update-images` accepts what is there now. Where a picture
 fails, `<name>-report.html` in pytest's `--image-report` folder shows it beside the golden one with a FLIP heatmap. Bounds are
-metrics, not equality, so that another driver's last bits pass.
+metrics, not equality, so that another driver's last bits pass. Where the golden one is missing, the picture is put in that folder.
 """
 
 from collections.abc import Callable
@@ -20,10 +20,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.fixture
 def assert_image(request: pytest.FixtureRequest) -> Callable[..., None]:
-    """Function `assert_image(image, name, psnr=None, flip=None)`: image (H, W, 3), linear radiance, float.
+    """Function `assert_image(image, name, psnr=None, flip=None)`: image (H, W, 3), linear radiance, float; name may have folders.
 
-    Fails where there is no golden picture (a missing one never passes), where shapes differ or a value is not finite, and
-    where PSNR is below `psnr` dB or mean FLIP above `flip`; one of the two must be given.
+    Fails where there is no golden picture (a missing one never passes), where types or shapes differ or a value is not finite,
+    and where PSNR is below `psnr` dB or mean FLIP above `flip`; one of the two must be given.
     """
 
     def check(picture: np.ndarray, name: str, psnr: float | None = None, flip: float | None = None) -> None:
@@ -31,46 +31,58 @@ def assert_image(request: pytest.FixtureRequest) -> Callable[..., None]:
 
         if psnr is None and flip is None:
             pytest.fail("assert_image needs psnr=, flip= or both", pytrace=False)
-        picture = np.asarray(picture, np.float32)
-        if not np.isfinite(picture).all():
-            pytest.fail(f"{name}: {int((~np.isfinite(picture)).any(axis=2).sum())} pixels are not finite", pytrace=False)
+        picture = np.asarray(picture)
+        if picture.ndim != 3 or picture.shape[2] != 3 or picture.dtype.kind != "f":
+            pytest.fail(f"{name}: {picture.dtype} of shape {picture.shape}; give linear radiance, float (H, W, 3)", pytrace=False)
+        bad = np.argwhere(~np.isfinite(picture).all(axis=2))
+        if len(bad):
+            row, column = bad[0]
+            pytest.fail(f"{name}: {len(bad)} pixels are not finite, the first in row {row}, column {column}", pytrace=False)
+        picture = picture.astype(np.float32)
         golden = Path(request.path).parent / "images" / f"{name}.exr"
+        reports = Path(str(request.config.getoption("--image-report")))
         if request.config.getoption("--update-images"):
-            golden.parent.mkdir(exist_ok=True)
+            golden.parent.mkdir(parents=True, exist_ok=True)
             image.write(golden, picture)
             return
         if not golden.is_file():
-            pytest.fail(f"{golden} is missing; look at the picture, then accept it with --update-images", pytrace=False)
+            shown = _file(reports, name, "ours.png")
+            image.write(shown, picture)
+            pytest.fail(f"{golden} is missing; look at {shown}, then accept it with --update-images", pytrace=False)
         expected = image.read(golden).rgb
         if expected.shape != picture.shape:
             pytest.fail(f"{name}: shape {picture.shape}, golden {expected.shape}", pytrace=False)
         found = metrics.compare(picture, expected)
-        low = psnr is not None and found["psnr"] < psnr
-        high = flip is not None and found["flip"] > flip
-        if low or high:
-            page = _report(Path(str(request.config.getoption("--image-report"))), name, picture, expected, found)
-            pytest.fail(
-                f"{name}: PSNR {found['psnr']:.2f} dB (wanted {psnr}), FLIP {found['flip']:.4f} (wanted {flip}); see {page}",
-                pytrace=False,
-            )
+        wanted = [f"PSNR {found['psnr']:.2f} dB, wanted {psnr:g}"] if psnr is not None and found["psnr"] < psnr else []
+        wanted += [f"FLIP {found['flip']:.4f}, wanted {flip:g}"] if flip is not None and found["flip"] > flip else []
+        if wanted:
+            page = _report(reports, name, picture, expected, found)
+            pytest.fail(f"{name}: {'; '.join(wanted)}; see {page}", pytrace=False)
 
     return check
+
+
+def _file(folder: Path, name: str, part: str) -> Path:
+    """A file about one picture in the folder of reports, which is made where it is not there."""
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder / f"{name.replace('/', '-')}-{part}"
 
 
 def _report(folder: Path, name: str, ours: np.ndarray, golden: np.ndarray, found: dict[str, float]) -> Path:
     """Picture, golden and heatmap side by side on a page."""
     from sdfprt import image, metrics
 
-    folder.mkdir(parents=True, exist_ok=True)
-    image.write(folder / f"{name}-ours.png", ours)
-    image.write(folder / f"{name}-golden.png", golden)
-    metrics.write_heatmap(folder / f"{name}-flip.png", ours, golden)
+    files = {part: _file(folder, name, f"{part}.png") for part in ("ours", "golden", "flip")}
+    image.write(files["ours"], ours)
+    image.write(files["golden"], golden)
+    metrics.write_heatmap(files["flip"], ours, golden)
     cells = "".join(
-        f'<figure><img src="{name}-{part}.png"><figcaption>{part}</figcaption></figure>' for part in ("ours", "golden", "flip")
+        f'<figure><img src="{file.name}" alt="{part}"><figcaption>{part}</figcaption></figure>' for part, file in files.items()
     )
+    style = "body{font:15px sans-serif}figure{display:inline-block;margin:.4em}img{image-rendering:pixelated;min-width:20em}"
     numbers = ", ".join(f"{key} {value:.4g}" for key, value in found.items())
-    page = folder / f"{name}-report.html"
+    page = _file(folder, name, "report.html")
     page.write_text(
-        f"<!doctype html><title>{name}</title><style>figure{{display:inline-block}}</style><h1>{name}</h1><p>{numbers}</p>{cells}"
+        f"<!doctype html><meta charset=utf-8><title>{name}</title><style>{style}</style><h1>{name}</h1><p>{numbers}</p>{cells}"
     )
     return page

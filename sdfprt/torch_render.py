@@ -2,11 +2,12 @@
 
 The paper's second implementation (learnt transfer, Sec. 4.3.2), on CUDA where torch has it, else on the CPU in batches that
 stay in cache. What a camera sees comes from the OpenGL surface pass (`torch`) or from Warp, without OpenGL (`warp`).
-Shading is sdfprt.shading, the same as everywhere.
+Shading is sdfprt.shading, the same as everywhere, on the tensors: what leaves the device is the picture.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import torch
@@ -35,11 +36,11 @@ class Seen:
     """Hit samples of one tile, packed: a row each; `mask` (H, W) tells which; colours where the scene gives them."""
 
     tile: tuple[int, int, int, int]  # x, y, width, height in samples
-    mask: Bool[ndarray, "h w"]
-    points: torch.Tensor
-    normals: torch.Tensor
-    albedo: Float[ndarray, "n 3"] | None
-    exponent: Float[ndarray, "n"] | None
+    mask: Bool[torch.Tensor, "h w"]
+    points: Float[torch.Tensor, "n 3"]
+    normals: Float[torch.Tensor, "n 3"]
+    albedo: Float[torch.Tensor, "n 3"] | None
+    exponent: Float[torch.Tensor, "n"] | None
 
 
 def device() -> str:
@@ -54,9 +55,9 @@ def batch_of(net: TransferNet, where: str) -> int:
 
 @torch.no_grad()
 def predict(
-    net: TransferNet, points: ndarray | torch.Tensor, normals: ndarray | torch.Tensor, batch: int | None = None
-) -> Float[ndarray, "n k"]:
-    """Transfer at (N, 3) surface points with unit normals, as TransferNet.predict, by torch."""
+    net: TransferNet, points: Float[Any, "n 3"], normals: Float[Any, "n 3"], batch: int | None = None
+) -> Float[torch.Tensor, "n k"]:
+    """Transfer at surface points with unit normals, as TransferNet.predict, by torch on its device."""
     where = device()
     batch = batch or batch_of(net, where)
     layers = [(torch.from_numpy(w.T.copy()).to(where), torch.from_numpy(b).to(where)) for w, b in net.weights]
@@ -73,7 +74,12 @@ def predict(
             h = torch.nn.functional.leaky_relu_(torch.addmm(b, h, w), SLOPE)
         w, b = layers[-1]
         out[part] = scale * torch.tanh(torch.addmm(b, h, w))
-    return out.cpu().numpy()
+    return out
+
+
+def _sent(values: ndarray) -> torch.Tensor:
+    """On the device, in single precision where they are numbers."""
+    return torch.as_tensor(values if values.dtype == bool else values.astype(np.float32), device=device())
 
 
 def _seen_by_opengl(scene: Scene, camera: Camera, size: tuple[int, int], samples: int) -> Iterator[Seen]:
@@ -82,17 +88,17 @@ def _seen_by_opengl(scene: Scene, camera: Camera, size: tuple[int, int], samples
         target = trace_tile(scene, camera, tile, (size[0] * samples, size[1] * samples))
         points, normals, colour = planes().planes(target.seen)
         hit = points[..., 3] > 0.5
-        flat = colour[hit].cpu().numpy()
+        flat = colour[hit]
         albedo, exponent = (flat[:, :3] if scene.has_albedo else None), (flat[:, 3] if scene.has_exponent else None)
-        yield Seen(tile, hit.cpu().numpy(), points[hit][:, :3], normals[hit][:, :3], albedo, exponent)
+        yield Seen(tile, hit, points[hit][:, :3], normals[hit][:, :3], albedo, exponent)
 
 
 def _seen_by_warp(scene: Scene, camera: Camera, size: tuple[int, int], samples: int) -> Iterator[Seen]:
     """The Warp tracer, the whole picture at once."""
     seen = gbuffer(scene, camera, size, samples)
-    points, normals = (torch.from_numpy(np.asarray(v, np.float32)) for v in (seen.points, seen.normals))
+    albedo, exponent = (None if v is None else _sent(v) for v in colours(scene, seen.points, seen.normals))
     whole = (0, 0, size[0] * samples, size[1] * samples)
-    yield Seen(whole, seen.mask, points, normals, *colours(scene, seen.points, seen.normals))
+    yield Seen(whole, _sent(seen.mask), _sent(seen.points), _sent(seen.normals), albedo, exponent)
 
 
 SURFACES = {"torch": _seen_by_opengl, "warp": _seen_by_warp}
@@ -122,22 +128,19 @@ def frame(
     for seen in SURFACES[backend](scene, camera, size, samples):
         # Network and light on the packed samples
         x, y, width, height = seen.tile
-        fine = np.zeros((height, width, 4))
-        normals = seen.normals.cpu().numpy()
-        outgoing = np.asarray(camera.eye) - seen.points.cpu().numpy()
-        outgoing /= np.linalg.norm(outgoing, axis=1, keepdims=True)
+        fine = torch.zeros((height, width, 4), device=seen.points.device)
+        outgoing = torch.nn.functional.normalize(_sent(np.asarray(camera.eye)) - seen.points, dim=1)
         transfer = predict(net, seen.points, seen.normals)
-        fine[seen.mask, :3] = shading.shade(
-            transfer, normals, outgoing, coefficients, material, albedo=seen.albedo, exponent=seen.exponent
-        )
-        fine[seen.mask, 3] = 1
+        colour = shading.shade(transfer, seen.normals, outgoing, coefficients, material, albedo=seen.albedo, exponent=seen.exponent)
+        fine[seen.mask] = torch.nn.functional.pad(colour, (0, 1), value=1.0)
 
         # Unpacked, with the light behind it, averaged over each pixel's samples
         if background:
             behind = ~seen.mask
-            fine[behind, :3] = light.radiance(directions[y : y + height, x : x + width][behind])
-        cells = fine.reshape(height // samples, samples, width // samples, samples, 4)
-        picture[y // samples : (y + height) // samples, x // samples : (x + width) // samples] = cells.mean(axis=(1, 3))
+            ways = directions[y : y + height, x : x + width][behind.cpu().numpy()]
+            fine[behind] = torch.nn.functional.pad(_sent(light.radiance(ways)), (0, 1))
+        cells = fine.reshape(height // samples, samples, width // samples, samples, 4).mean(dim=(1, 3))
+        picture[y // samples : (y + height) // samples, x // samples : (x + width) // samples] = cells.cpu().numpy()
     if bad := int((~np.isfinite(picture)).any(axis=2).sum()):
         raise SdfprtError(f"{scene.file}: {bad} pixels are not finite; does the SDF or its albedo give NaN?")
     return Frame(picture[..., :3], picture[..., 3], strength)

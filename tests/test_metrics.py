@@ -108,6 +108,8 @@ def test_the_command_compares_like_with_like(tmp_path: Path):
     image.write(tmp_path / "mask.png", np.repeat(LEFT[..., None], 3, axis=2).astype(np.float32))
     assert json.loads(run(one, two, "--mask", tmp_path / "mask.png").output) == pytest.approx(metrics.compare(A, B, mask=LEFT))
     assert json.loads(run(one, two, "--tone-mapped").output) == pytest.approx(metrics.compare(A, B, tone_mapped=True))
+    same = json.loads(run(one, one).output, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
+    assert same == {"mae": 0.0, "psnr": None, "ssim": 1.0, "flip": 0.0, "nan": 0}
     assert isinstance(run(one, png).exception, SdfprtError)
     image.write(one, A)
     assert "alpha" in str(run(one, two, "--mask", "alpha").exception)

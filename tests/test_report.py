@@ -58,3 +58,5 @@ def test_the_page_holds_tables_and_pictures(tmp_path: Path, monkeypatch):
     assert all(abs(r.network_share + r.truncation_share + r.rest_share - 1) < 1e-6 for r in splits)
     page = out.read_text()
     assert page.count("data:image/png") == 2 * 2 * (1 + 2 + 1)  # reference, two exact, network; each with its heatmap
+    order = [page.index(text) for text in ("network, k=32, 4 bands", "exact transfer, 4 bands", "exact transfer, 6 bands")]
+    assert order == sorted(order)

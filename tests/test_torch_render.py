@@ -70,7 +70,7 @@ def test_torch_computes_the_network_in_batches_of_any_size(width, layers, tmp_pa
     random_net(width, layers).save(tmp_path / "net.safetensors")
     net = TransferNet.load(tmp_path / "net.safetensors")
     for batch in (None, 100):  # three batches and a single row
-        values = torch_render.predict(net, points, normals, batch)
+        values = torch_render.predict(net, points, normals, batch).cpu()
         np.testing.assert_allclose(values, net.predict(points, normals), atol=2e-5)  # sums of 512 in float32
 
 
@@ -79,7 +79,7 @@ def test_the_largest_network_can_be_fitted():
     points, normals = rng.uniform(-1, 1, (2, 400, 3)).astype(np.float32)
     net = fit_transfer(points, normals, points[:, :1] * 0.1 + 0.5, width=512, layers=8, steps=1, batch=64)
     assert backends.size_of(net)[1:] == (512,) * 7 + (1,)
-    assert np.isfinite(torch_render.predict(net, points, normals)).all()
+    assert torch.isfinite(torch_render.predict(net, points, normals)).all()
 
 
 def test_warp_needs_no_opengl(monkeypatch):
@@ -97,25 +97,30 @@ def test_warp_needs_no_opengl(monkeypatch):
         backends.frame(scene(), random_net(), light, Diffuse(), Camera(), (33, 32), backend="torch")
 
 
-def test_auto_takes_the_cheapest_and_asks_once_for_each_size(monkeypatch, tmp_path):
+def test_auto_takes_the_cheapest_for_network_and_picture_and_asks_once_for_each_network(monkeypatch, tmp_path):
     monkeypatch.setenv("SDFPRT_CACHE", str(tmp_path))
     asked = []
 
     def faked(net):
         asked.append(backends.size_of(net)[1])
-        return {"glsl": 1e-6 * asked[-1] ** 3, "torch": 1e-2 * asked[-1]}
+        return {"glsl": [0.001, 1e-9 * asked[-1] ** 2], "torch": [0.01, 1e-8 * asked[-1]], "warp": [0.005, 1.5e-8 * asked[-1]]}
 
-    assert [backends.choose(random_net(width), faked) for width in (16, 128, 16, 128)] == ["glsl", "torch", "glsl", "torch"]
-    assert asked == [16, 128]
+    def taken(width, side, samples=1):
+        return backends.choose(random_net(width), (side, side), samples, faked)
+
+    assert [taken(*case) for case in ((16, 100), (16, 2000), (128, 10), (128, 20), (128, 10, 2), (128, 100))] == [
+        "glsl", "torch", "glsl", "warp", "warp", "torch"
+    ]  # fmt: skip
+    assert taken(64, 10) == "glsl" and asked == [16, 128, 64]
     (tmp_path / "backends.json").write_text("{ cut short")
-    assert backends.choose(random_net(16), faked) == "glsl"
-    assert asked == [16, 128, 16]
+    assert taken(16, 100) == "glsl"
+    assert asked == [16, 128, 64, 16]
 
 
-def test_the_measured_costs_are_of_both_back_ends():
+def test_the_measured_costs_are_of_all_back_ends_and_grow_with_the_picture():
     found = backends.measure(random_net())
-    assert set(found) == {"glsl", "torch"}
-    assert all(0 < seconds < float("inf") for seconds in found.values())
+    assert set(found) == set(backends.NAMES)
+    assert all(0 <= fixed < 10 and 0 < slope < 1e-3 for fixed, slope in found.values())  # seconds
 
 
 def test_another_back_end_is_one_clear_error():

@@ -1,13 +1,14 @@
 """Which function of the user's text is the distance, and the expression that calls it; and what the host's own main is."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from sdfprt.errors import GlslError
 from sdfprt.glsl.text import code_only
 
 # First found is taken; authors differ in case
-_NAMES = (
+_NAMES: Sequence[str] = (
     "sdf map de scenesdf sdfscene scene_sdf sdscene sdscene_ scene getdist getdistance dist distance_estimator "
     "distanceestimator distancefield distfield df dfield estimator world domap mapscene mapworld"
 ).split()

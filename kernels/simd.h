@@ -207,7 +207,7 @@ struct Simd {
     }
 #endif
 
-    // Integers: division by zero gives zero, shifts use the low five bits, as drivers do
+    // Integers: division by zero gives what Mesa gives, shifts use the low five bits, as drivers do
     static inline CUDA_CALLABLE I idiv(I a, I b) {
         I r = splat(0);
         for (int k = 0; k < SDFPRT_LANES; k++) {
@@ -226,7 +226,10 @@ struct Simd {
         return r;
     }
     static inline CUDA_CALLABLE I irem(I a, I b) { return a - idiv(a, b) * b; }
-    static inline CUDA_CALLABLE U urem(U a, U b) { return a - udiv(a, b) * b; }
+    static inline CUDA_CALLABLE U urem(U a, U b) {
+        return sel(eq(as_I(b), splat(0)), splat(0xffffffffu), a - udiv(a, b) * b);
+    }
+    static inline CUDA_CALLABLE I imod(I a, I b) { return as_I(urem(as_U(a), as_U(b))); }  // GLSL leaves negatives open; as Mesa
     static inline CUDA_CALLABLE I imin(I a, I b) { return sel(lt(a, b), a, b); }
     static inline CUDA_CALLABLE I imax(I a, I b) { return sel(lt(a, b), b, a); }
     static inline CUDA_CALLABLE U umin(U a, U b) { return sel(lt(a, b), a, b); }
@@ -298,7 +301,7 @@ struct Simd {
     static inline CUDA_CALLABLE F step(F edge, F x) { return sel(lt(x, edge), splat(0.0f), splat(1.0f)); }
     static inline CUDA_CALLABLE F smoothstep(F a, F b, F x) {
         F t = clamp((x - a) / (b - a), splat(0.0f), splat(1.0f));
-        return t * t * (3.0f - 2.0f * t);
+        return t * (t * (3.0f - 2.0f * t));
     }
     static inline CUDA_CALLABLE M is_nan(F a) { return ne(a, a); }
     static inline CUDA_CALLABLE M is_inf(F a) { return eq(abs(a), as_F(splat(0x7f800000))); }

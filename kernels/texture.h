@@ -3,6 +3,10 @@ struct Volume : Simd {
     static inline CUDA_CALLABLE F fetch(const float* data, int nx, int ny, int nz, I x, I y, I z) {
         return gather(data, (clamp_index(z, nz) * ny + clamp_index(y, ny)) * nx + clamp_index(x, nx));
     }
+    static inline CUDA_CALLABLE F texel(const float* data, int nx, int ny, int nz, I x, I y, I z) {  // nothing outside
+        const M inside = eq(x, clamp_index(x, nx)) & eq(y, clamp_index(y, ny)) & eq(z, clamp_index(z, nz));
+        return sel(inside, fetch(data, nx, ny, nz, x, y, z), splat(0.0f));
+    }
     static inline CUDA_CALLABLE F sample(const float* data, int nx, int ny, int nz, F u, F v, F w) {
         // Clamped before the floor: far outside, an integer would not hold the place
         const F x = clamp(u * (float)nx - 0.5f, splat(0.0f), splat((float)(nx - 1)));
@@ -22,6 +26,10 @@ struct Volume : Simd {
 struct Picture : Simd {
     static inline CUDA_CALLABLE F fetch(const float* data, int nx, int ny, I x, I y) {
         return gather(data, clamp_index(y, ny) * nx + clamp_index(x, nx));
+    }
+    static inline CUDA_CALLABLE F texel(const float* data, int nx, int ny, I x, I y) {  // nothing outside
+        const M inside = eq(x, clamp_index(x, nx)) & eq(y, clamp_index(y, ny));
+        return sel(inside, fetch(data, nx, ny, x, y), splat(0.0f));
     }
     static inline CUDA_CALLABLE F sample(const float* data, int nx, int ny, F u, F v) {
         const F x = fract(u) * (float)nx - 0.5f, y = fract(v) * (float)ny - 0.5f;

@@ -8,7 +8,7 @@ from test_glsl import CORPUS
 from sdfprt.errors import SdfprtError
 from sdfprt.scene import Scene
 
-TEXTS = [path.read_text() for path in CORPUS]
+TEXTS = [path.read_text(errors="replace") for path in CORPUS]
 NASTY = r"""1e40 -2147483648 99999999999999 4294967296u 0x 1.e .5.5 /* */ // \ # ## #if #else #endif #error #line #version~300
 #define~p~p #define~float~int #include~"../../../etc/passwd" #include~"/etc/passwd" #include~"." for(;;){} while(true);
 do{}while(p.x<9.0); (((((((( )))) { } [-1] [99999] [i] ; , . ? : /0 %0 <<40 discard; return; sdf(p) map(p) struct~S{S~s;};

@@ -28,6 +28,13 @@ RADII = np.linalg.norm(POINTS, axis=1) - 0.5
         (f"uniform float a, b; uniform vec2 c;\nfloat map(vec3 p) {{ return {BALL} + a + b + c.y; }}", "no host"),
         ("#define N 3\n#define FOLD(p) p = abs(p);\nfloat g;\n"
          f"float map(vec3 p) {{ FOLD(p) g = {BALL}; return g; }}", ""),
+        (f"vec3 map(vec3 p, vec4 c) {{ return vec3({BALL}); }}\n"
+         "float scene(vec3 p) { return map(p, vec4(1)).x; }", "float scene(vec3 p)"),
+        (f"#define IN const in\n#define real float\nreal map(IN vec3 p) {{ return {BALL}; }}", ""),
+        (f"#define B 1\n#if B\nfloat map(vec3 p) {{ return {BALL}; }}\n#else\nfloat sdf(vec3 p) {{ return 1.0; }}\n#endif", ""),
+        (f"float h(vec3 p) {{ return sin(p.x); }}\nfloat thing(vec3 p) {{ return {BALL} + 0.0 * h(p + p.yzx); }}\n"
+         "void mainImage(out vec4 c, in vec2 f) { float t; vec3 o, d; t += thing(o + d * t); }", "float thing(vec3 p)"),
+        (f"float map(vec3 p) {{ return {BALL} + fwidth(p.x); }}", "there is no screen"),
         (f"float map(vec3 p) {{ return {BALL}; }}\nvoid main() {{ gl_FragColor = no_such(texture2D(t, vec2(0))); }}", ""),
     ],
 )  # fmt: skip

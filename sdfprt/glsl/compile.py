@@ -26,31 +26,41 @@ def compile_glsl(text: str, stage: str = "frag", file: str = "scene.glsl") -> by
     """SPIR-V of a whole shader. Raises GlslError `file:line: message` for the first error, with the others below."""
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "shader.spv"
-        said = _run(
+        done = _run(
             text, Path(folder) / f"shader.{stage}", file, "-G100", "--target-env", "opengl", "--aml", "--amb", "-o", str(target)
         )
-        if said is not None or not target.is_file():
-            raise GlslError(explain(said or "", text, file))
+        if done.returncode or not target.is_file():
+            raise GlslError(explain(_said(done), text, file))
         return target.read_bytes()
+
+
+def preprocessed(text: str, file: str = "scene.glsl") -> str:
+    """The text as its #if and #define lines have it; the text itself where they are faulty, which compiling then says."""
+    with tempfile.TemporaryDirectory() as folder:
+        done = _run(text, Path(folder) / "shader.frag", file, "-E")
+    return done.stdout.decode(errors="replace") if done.returncode == 0 else text
 
 
 def check_es(text: str, file: str = "scene.glsl") -> None:
     """Raise GlslError where a whole fragment shader that says #version 300 es is not GLSL ES 3.00."""
     with tempfile.TemporaryDirectory() as folder:
-        said = _run(text, Path(folder) / "shader.frag", file)
-    if said is not None:
-        raise GlslError("not GLSL ES 3.00: " + explain(said, text, file))
+        done = _run(text, Path(folder) / "shader.frag", file)
+    if done.returncode:
+        raise GlslError("not GLSL ES 3.00: " + explain(_said(done), text, file))
 
 
-def _run(text: str, source: Path, file: str, *options: str) -> str | None:
-    """Write the text to `source` and compile it: None, or what the compiler says against it."""
+def _run(text: str, source: Path, file: str, *options: str) -> subprocess.CompletedProcess[bytes]:
+    """Write the text to `source` and run the compiler on it."""
     program, environment = _glslang()
     source.write_text(text)
     try:
-        done = subprocess.run([program, *options, str(source)], capture_output=True, env=environment, timeout=SECONDS)
+        return subprocess.run([program, *options, str(source)], capture_output=True, env=environment, timeout=SECONDS)
     except subprocess.TimeoutExpired:
         raise GlslError(f"{file}: compiling took longer than {SECONDS} s and was stopped") from None
-    return None if done.returncode == 0 else (done.stdout + done.stderr).decode(errors="replace")
+
+
+def _said(done: subprocess.CompletedProcess[bytes]) -> str:
+    return (done.stdout + done.stderr).decode(errors="replace")
 
 
 def explain(output: str, text: str, file: str) -> str:

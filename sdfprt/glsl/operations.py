@@ -54,7 +54,7 @@ _BINARY = {
     "BitwiseAnd": "&", "BitwiseOr": "|", "BitwiseXor": "^",
 }  # fmt: skip
 _CALLS = {
-    "FMod": "mod", "FRem": "rem", "SDiv": "idiv", "UDiv": "udiv", "SRem": "irem", "SMod": "irem", "UMod": "urem",
+    "FMod": "mod", "FRem": "rem", "SDiv": "idiv", "UDiv": "udiv", "SRem": "irem", "SMod": "imod", "UMod": "urem",
 }  # fmt: skip
 _COMPARE = {  # (function, swapped, negated)
     "FOrdLessThan": ("lt", False, False), "FUnordLessThan": ("lt", False, False),
@@ -91,11 +91,16 @@ class _Build:
     def f(self, text: str) -> Leaf:
         return self.temp("f", False, text)
 
-    def dot(self, a: list[Leaf], b: list[Leaf]) -> Leaf:
+    def sum(self, a: list[Leaf], b: list[Leaf]) -> Leaf:
+        """Of products, the first two first."""
         total = f"{vary(a[0])} * {vary(b[0])}"
         for x, y in zip(a[1:], b[1:], strict=True):
             total = f"fma({vary(x)}, {vary(y)}, {total})"
         return self.f(total)
+
+    def dot(self, a: list[Leaf], b: list[Leaf]) -> Leaf:
+        """From the last component to the first, as Mesa adds: hashes of authors enlarge the last bit."""
+        return self.sum(a[::-1], b[::-1])
 
     def scale(self, a: list[Leaf], s: Leaf) -> list[Leaf]:
         return [self.f(f"{x.name} * {vary(s)}") for x in a]
@@ -104,8 +109,8 @@ class _Build:
         return [self.f(f"{vary(x)} - {vary(y)}") for x, y in zip(a, b, strict=True)]
 
     def product(self, rows: list[list[Leaf]], columns: list[list[Leaf]]) -> list[Leaf]:
-        """Dot product of every row with every column, column by column."""
-        return [self.dot(row, column) for column in columns for row in rows]
+        """Every row with every column, column by column."""
+        return [self.sum(row, column) for column in columns for row in rows]
 
     def determinant(self, m: list[list[Leaf]]) -> Leaf:
         """By the first column; m[column][row]."""
@@ -443,7 +448,7 @@ def _extended(owner: Translator, i: Instruction, values: dict[int, list[Leaf]], 
             for x, lo, hi, k in zip(*arguments, kinds, strict=True)
         ]
     if number == 46:
-        return [b.f(f"{vary(x)} * (1.0f - {vary(t)}) + {vary(y)} * {vary(t)}") for x, y, t in zip(*arguments, strict=True)]
+        return [b.f(f"mix({vary(x)}, {vary(y)}, {vary(t)})") for x, y, t in zip(*arguments, strict=True)]
     if number == 49:
         return [b.f(f"smoothstep({vary(lo)}, {vary(hi)}, {vary(x)})") for lo, hi, x in zip(*arguments, strict=True)]
     if number == 50:

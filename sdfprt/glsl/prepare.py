@@ -3,11 +3,12 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 from sdfprt.errors import GlslError
-from sdfprt.glsl.compile import compile_glsl
+from sdfprt.glsl.compile import compile_glsl, preprocessed
 from sdfprt.glsl.entry import find_entry, without_mains
 from sdfprt.glsl.include import definitions, expand_includes, macros
 from sdfprt.glsl.parts import KINDS, Parts, part_function
@@ -68,9 +69,22 @@ class Prepared:
     pictures: tuple[str, ...] = ()  # names that are declared as sampler2D
 
 
+# Words that desktop GLSL keeps and authors used as names, in ES 3.00 or under drivers that let them
+_RESERVED = (
+    "sample buffer shared patch subroutine precise coherent restrict readonly writeonly volatile resource smooth flat centroid "
+    "noperspective common partition active asm class union enum typedef template this goto inline noinline public static "
+    "extern external interface long short half fixed unsigned superp input output filter sizeof cast namespace using"
+).split()
+# As a name: no other name follows, as after a qualifier
+_AS_NAME = re.compile(rf"\b({'|'.join(_RESERVED)})\b(?=\s*[^\w\s])")
+
+
 def _plain(text: str) -> str:
-    """ASCII with \\n: the compilers read no more, and comments need no more."""
-    text = text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n").replace("\u00a0", " ")
+    """ASCII with \\n and plain spaces: the compilers read no more, and comments need no more."""
+    text = re.sub("[\ufeff\u200b-\u200d\u2060]", "", text).replace("\r\n", "\n").replace("\r", "\n")
+    text = re.sub(r"[^\S\n]|[\x01-\x08\x0e-\x1f\x7f]", " ", text)
+    for escape, letter in (("&lt;", "<"), ("&gt;", ">"), ("&amp;", "&")):  # pasted from a page's source
+        text = text.replace(escape, letter)
     return re.sub(r"[^\x00-\x7f]", "?", text)
 
 
@@ -94,21 +108,27 @@ def prepare(
         raise GlslError(f"{file}: this is not GLSL text (a zero byte, or over {_MAX_TEXT:,} characters)")
     expanded, renamed = expand_includes(_plain(glsl), file, own_folder)
     body = _plain(f"#line {_FAR + 1}\n{prelude}\n#line 1\n{expanded}" if prelude else expanded)
-    body = re.sub(r"^[ \t]*#[ \t]*(version|extension)\b[^\n]*$", "", body, flags=re.M)
+    body = re.sub(r"^[ \t]*#[ \t]*(version|extension|pragma)\b[^\n]*$", "", body, flags=re.M)
     body = re.sub(r"\bprecision\s+(?:highp|mediump|lowp)\s+\w+\s*;", "", body)
+    body = _AS_NAME.sub(r"sdfprt_\1", body)
+    header = [f"#define {name} {_define(name, value, file)}" for name, value in defines.items()]
+    entry = find_entry(code_only(preprocessed("\n".join([VERSION, *header, body]), file)), file)
+    notes: list[str] = [entry.note, *renamed] if entry.note else renamed
     body = without_mains(body)
     bare = code_only(body)
-    entry = find_entry(bare, file)
-    notes: list[str] = [entry.note, *renamed] if entry.note else renamed
-    header = [f"#define {name} {_define(name, value, file)}" for name, value in defines.items()]
     for name in defines:  # a uniform or constant of that name gives way to the define
         body = re.sub(rf"^[ \t]*(uniform|const)\s+(\w+\s+)?\w+\s+{name}\s*(=[^;]*)?;", "", body, flags=re.M)
     if re.search(r"\bvoid\s+main\s*\(", bare):
         header.append("#define main sdfprt_user_main")
-    body = _constant_uniforms(body, notes)
+    flat = [name for name in ("dFdx", "dFdy", "fwidth") if re.search(rf"(?<!float )\b{name}\s*\(", bare)]
+    if flat and not re.search(rf"\bfloat\s+(?:{'|'.join(flat)})\b", bare):
+        header += [f"#define {name}(x) (0.0 * (x))" for name in flat]
+        notes.append(f"{', '.join(flat)}: there is no screen, so the derivative is zero")
+    body = _without_lone_semicolons(_constant_uniforms(body, notes))
     kinds = r"(?:(?:flat|smooth|noperspective|centroid|invariant)\s+)*"
     stage = rf"\b(?:layout\s*\([^)]*\)\s*)?{kinds}\b(?:in|out|varying|attribute)\s+(?:(?:highp|mediump|lowp)\s+)?"
-    body = re.sub(stage + r"(\w+\s+\w+\s*;)", r"\1", body)
+    body = re.sub(r"\binvariant\s+\w+\s*;", "", body)
+    body = re.sub(stage + r"(\w+\s+\w+\s*(?:\[\w*\])?\s*(?:,\s*\w+\s*(?:\[\w*\])?\s*)*;)", r"\1", body)
     if "gl_FragColor" in bare:
         header.append("vec4 sdfprt_frag_color = vec4(0.0);")
         body = re.sub(r"\bgl_FragColor\b", "sdfprt_frag_color", body)
@@ -187,7 +207,29 @@ def _constant_uniforms(body: str, notes: list[str]) -> str:
     return re.sub(given, r"const \1\2", body)
 
 
-_ZEROED = re.compile(r"\s*(float|int|uint|bool|[iub]?vec[234]|mat[234](?:x[234])?)(\s+\w+\s*(?:,\s*\w+\s*)*)\Z")
+def _without_lone_semicolons(body: str) -> str:
+    """Semicolons that end nothing, as after a function, blanked: compilers of authors pass over them."""
+    bare, letters, start, depth, function = code_only(body), list(body), 0, 0, False
+    for found in re.finditer(r"[{};]", bare):
+        if found[0] == "{":
+            if depth == 0:
+                function = bare[start : found.start()].rstrip().endswith(")")
+            depth += 1
+        elif found[0] == "}":
+            depth -= 1
+            if depth == 0 and function:
+                start = found.end()
+        elif depth == 0:
+            if not bare[start : found.start()].strip():
+                letters[found.start()] = " "
+            start = found.end()
+    return "".join(letters)
+
+
+_DECLARED = re.compile(
+    r"\s*(?:(?:highp|mediump|lowp)\s+)?(float|int|uint|bool|[iub]?vec[234]|mat[234](?:x[234])?)(?:\s*\[\s*(\d{1,3})\s*\])?\s+(?=\w)"
+)
+_DECLARATOR = re.compile(r"\s*(\w+)\s*(?:\[\s*(\d{1,3})\s*\])?\s*(=.*)?", re.S)
 
 
 def _zeroed_globals(body: str, begin: Mapping[str, int]) -> tuple[str, list[str]]:
@@ -204,17 +246,29 @@ def _zeroed_globals(body: str, begin: Mapping[str, int]) -> tuple[str, list[str]
             depth += 1 if letter == "{" else -1
             statement = at + 1
         elif letter == ";" and depth == 0:
-            found = _ZEROED.match(bare, statement, at)
-            if found:
-                kind = found[1]
-                each = [name.strip() for name in found[2].split(",")]
-                every += each
-                names = ", ".join(f"{name} = {kind}({begin.get(name, 0)})" for name in each)
-                lines = body[found.start(1) : at].count("\n")
-                out += [body[start : found.start(1)], "\n" * lines, f"{kind} {names}"]
-                start = at
+            found = _DECLARED.match(bare, statement, at)
+            ends = _commas(bare, found.end(), at) if found else []
+            names = [_DECLARATOR.fullmatch(bare, a + 1, b) for a, b in pairwise([found.end() - 1, *ends])] if found else []
+            for end, name in zip(ends, names, strict=True):
+                if found and all(names) and name and name[3] is None:
+                    value = f"{found[1]}({begin.get(name[1], 0)})"
+                    if count := found[2] or name[2]:
+                        value = f"{found[1]}[]({', '.join([value] * int(count))})"
+                    out += [body[start:end], f" = {value}"]
+                    start = end
+                    every.append(name[1])
             statement = at + 1
     return "".join([*out, body[start:]]), every
+
+
+def _commas(bare: str, start: int, end: int) -> list[int]:
+    """Where a declaration's names end: at commas outside of brackets, and at its end."""
+    found, depth = [], 0
+    for at in range(start, end):
+        depth += {"(": 1, "[": 1, ")": -1, "]": -1}.get(bare[at], 0)
+        if bare[at] == "," and depth == 0:
+            found.append(at)
+    return [*found, end]
 
 
 def distance_module(text: str) -> str:

@@ -502,7 +502,7 @@ class _Writer:
         if i.op == "ImageQuerySizeLod":
             return [Leaf(n, "i", True) for n in texture.size]
         where = ", ".join(vary(leaf) for leaf in self.values[i.operands[1]][:axes])
-        function = "fetch" if i.op == "ImageFetch" else "sample"
+        function = "texel" if i.op == "ImageFetch" else "sample"
         if axes == 2:
             size = ", ".join(texture.size)
             channels = [f"{texture.name} + {k} * {' * '.join(texture.size)}" for k in range(4)]

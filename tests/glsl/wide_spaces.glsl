@@ -1,0 +1,2 @@
+float map(vec3 p)　{
+ return length(p) - .5; }​

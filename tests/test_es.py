@@ -14,7 +14,7 @@ from sdfprt.glsl.spirv import parse
 from sdfprt.glsl.to_es import translate
 from sdfprt.scene import Scene
 
-NOT_IN_ES = {"modf_frexp": "frexp"}
+NOT_IN_ES = {"modf_frexp": "frexp", "texels_outside": "sampledimage"}
 
 
 def _distance(scene: Scene, points: np.ndarray) -> np.ndarray:

@@ -17,6 +17,7 @@ from sdfprt.glsl.spirv import Function, Instruction, Module
 from sdfprt.glsl.structure import Edge, Exit, If, Loop, Node, Straight, Switch, exits, instructions, structure
 from sdfprt.glsl.text import number
 
+_INTERFACE = (1, 3)  # storage classes Input and Output
 _SCALARS = ("float", "int", "uint", "bool")
 _SIGNS = {
     "FAdd": "+", "FSub": "-", "FMul": "*", "FDiv": "/", "IAdd": "+", "ISub": "-", "IMul": "*", "SDiv": "/", "UDiv": "/",
@@ -231,11 +232,11 @@ class _Writer:
                 parameters.append(f"{owner.type(p.type)} {name}")
         head = f"{owner.type(f.type)} {owner.function_name(f.result)}({', '.join(parameters)}) {{"
         if f.result == self.module.entry:
-            self.lines += [
-                f"{owner.global_name(v.result)} = {owner.constant(v.operands[1])};"
-                for v in self.module.globals
-                if len(v.operands) > 1
-            ]
+            # What the text gives no value begins at zero, as uniforms do that nobody sets; the entry's own inputs are given
+            for v in self.module.globals:
+                if len(v.operands) > 1 or v.operands[0] not in _INTERFACE:
+                    start = owner.constant(v.operands[1]) if len(v.operands) > 1 else owner.zero(self._pointee(v))
+                    self.lines.append(f"{owner.global_name(v.result)} = {start};")
         for v in f.variables:
             self.places[v.result] = (f"v{v.result}", self._pointee(v))
             start = owner.constant(v.operands[1]) if len(v.operands) > 1 else owner.zero(self._pointee(v))

@@ -141,7 +141,7 @@ def _wrong(scene: Scene, places: ndarray, side: float, corners: ndarray, error: 
 
     Tried in the middle, near the surface at eight places more; not where all of a cell is in the solid.
     """
-    wrong = np.isnan(corners).any(axis=1)
+    wrong = np.asarray(np.isnan(corners).any(axis=1))
     outside = ~(corners.max(axis=1) < -side)
     near = outside & (np.abs(corners).min(axis=1) < side)
     for where, probes in ((outside & ~near, _PROBES[:1]), (near, _PROBES)):

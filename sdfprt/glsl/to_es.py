@@ -17,7 +17,7 @@ from sdfprt.glsl.spirv import Function, Instruction, Module
 from sdfprt.glsl.structure import Edge, Exit, If, Loop, Node, Straight, Switch, exits, instructions, structure
 from sdfprt.glsl.text import number
 
-_INTERFACE = (1, 3)  # storage classes Input and Output
+_INTERFACE = ((1,), (3,))  # storage classes Input and Output
 _SCALARS = ("float", "int", "uint", "bool")
 _SIGNS = {
     "FAdd": "+", "FSub": "-", "FMul": "*", "FDiv": "/", "IAdd": "+", "ISub": "-", "IMul": "*", "SDiv": "/", "UDiv": "/",
@@ -234,7 +234,7 @@ class _Writer:
         if f.result == self.module.entry:
             # What the text gives no value begins at zero, as uniforms do that nobody sets; the entry's own inputs are given
             for v in self.module.globals:
-                if len(v.operands) > 1 or v.operands[0] not in _INTERFACE:
+                if len(v.operands) > 1 or v.operands[:1] not in _INTERFACE:
                     start = owner.constant(v.operands[1]) if len(v.operands) > 1 else owner.zero(self._pointee(v))
                     self.lines.append(f"{owner.global_name(v.result)} = {start};")
         for v in f.variables:

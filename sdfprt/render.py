@@ -294,6 +294,7 @@ def trace_tile(scene: Scene, camera: Camera, tile: tuple[int, int, int, int], wh
     # Cones about tiles of samples
     context().disable(moderngl.DEPTH_TEST)
     give(program, coarse=True)
+    target.radiance.use(CONES)  # in place of what is drawn to
     set_camera(program, camera, (*tile[:2], *whole), GRAIN)
     target.coarse.use()
     renderer().draw(program)

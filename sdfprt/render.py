@@ -49,6 +49,7 @@ CONES = 7  # unit of what the coarse pass found
 TEXTURES = 8  # unit of a scene's first texture
 Texture = moderngl.Texture | moderngl.Texture3D
 _TILE = 1024  # samples along a side that are rendered at once
+_ROW = 32_768  # groups along x
 _GROUP = 8  # invocations of the second pass side by side, as light.glsl says
 
 
@@ -372,7 +373,8 @@ def frame(
         context().memory_barrier()
         # No more groups than there are hits: a CPU's driver runs the others through, masked
         seen = int(np.frombuffer(target.list.read(4), np.uint32)[0])
-        lighting.run(-(-seen // (variant.points * _GROUP)))
+        groups = -(-seen // (variant.points * _GROUP))
+        lighting.run(min(groups, _ROW), -(-groups // _ROW))
         context().memory_barrier()
         x, y, width, height = (v // samples for v in tile)
         fine = read(target.radiance).reshape(height, samples, width, samples, 4)

@@ -16,14 +16,19 @@ uniform float exponent;
 uniform bool hasAlbedo;
 uniform bool hasExponent;
 
+// Number of this invocation: groups stand in rows, since a driver takes 65,535 along a side.
+uint invocation() {
+    return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
+}
+
 // Where sample k of this invocation lies; the last ones repeat themselves where the hits end.
 ivec2 place(int k) {
-    uint hit = seen[min(gl_GlobalInvocationID.x * POINTS + uint(k), seenCount - 1u)];
+    uint hit = seen[min(invocation() * POINTS + uint(k), seenCount - 1u)];
     return ivec2(hit & 0xffffu, hit >> 16);
 }
 
 void main() {
-    if (gl_GlobalInvocationID.x * POINTS >= seenCount) return;
+    if (invocation() * POINTS >= seenCount) return;
     int points = POINTS * int(min(seenCount, 1u));  // POINTS, but the compiler cannot know: the loops stay loops
     vec3 p[POINTS], n[POINTS];
     for (int k = 0; k < points; k++) {

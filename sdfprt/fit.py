@@ -9,7 +9,6 @@ here in float32, since CPUs lack a fast bfloat16.
 import math
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -22,9 +21,10 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
 
 from sdfprt import progress
+from sdfprt.descent import Descent, descend, matrices
 from sdfprt.errors import SdfprtError
 from sdfprt.image import atomic_write
-from sdfprt.network import SLOPE, TransferNet
+from sdfprt.network import TransferNet
 from sdfprt.settings import Fit, Network
 
 Samples = tuple[ndarray, ndarray, ndarray]
@@ -83,16 +83,18 @@ def fit_transfer(
     parts = zip(x.split(_CHUNK), n.split(_CHUNK), strict=True)
     features = torch.cat([_encode(a, b, position_frequencies, normal_frequencies) for a, b in parts])
     inputs = 6 + 6 * (position_frequencies + normal_frequencies)
-    state = _initial([inputs, *[width] * (layers - 1), transfer.shape[1]], seed, device)
+    sizes = [inputs, *[width] * (layers - 1), transfer.shape[1]]
+    state = _initial(sizes, seed, device)
     start = _resume(checkpoint, state) if checkpoint else 0
     saved, done = time.monotonic(), start
 
     def network() -> TransferNet:
         """The weights as they are now, matrices in half precision as a file holds them: what is kept is measured."""
+        biases = state["biases"].cpu().numpy().copy()
         return TransferNet(
             [
-                (state[f"w{i}"].detach().half().float().cpu().numpy(), state[f"b{i}"].detach().cpu().numpy().copy())
-                for i in range(layers)
+                (w.half().float().cpu().numpy(), b)
+                for w, b in zip(matrices(state["weights"], sizes), np.split(biases, np.cumsum(sizes[1:-1])), strict=True)
             ],
             scale,
             (float(center[0]), float(center[1]), float(center[2])),
@@ -102,14 +104,14 @@ def fit_transfer(
             bands,
         )
 
-    with _one_thread(), progress.track(f"fit k={width}", steps) as advance:
+    slopes = 2 * to_scale.square() / min(batch, len(x))
+    with (
+        descend(sizes, state["weights"], state["biases"], features, target, slopes) as descent,
+        progress.track(f"fit k={width}", steps) as advance,
+    ):
         advance(start)
-        weights = [(state[f"w{i}"].requires_grad_(), state[f"b{i}"].requires_grad_()) for i in range(layers)]
-        parameters = [t for layer in weights for t in layer]
         for step, rows in zip(range(start, steps), _batches(len(x), batch, seed, start), strict=False):
-            error = (_forward(weights, features[rows]) - target[rows]) * to_scale
-            gradients = torch.autograd.grad(error.square().sum() / len(rows), parameters)
-            _update(state, gradients, step, rate * _cycle(step / steps))
+            _update(state, descent, rows, step, rate * _cycle(step / steps))
             if (step + 1) % _STRIDE == 0:
                 advance(_STRIDE)
                 if checkpoint and time.monotonic() - saved > Fit.seconds:
@@ -158,26 +160,13 @@ def _encode(x: torch.Tensor, n: torch.Tensor, position_frequencies: int, normal_
     return torch.cat(parts, 1)
 
 
-def _forward(weights: list[tuple[torch.Tensor, torch.Tensor]], x: torch.Tensor) -> torch.Tensor:
-    """The network before its scale: (N, features) -> (N, bands**2) in (-1, 1)."""
-    for w, b in weights[:-1]:
-        x = torch.nn.functional.leaky_relu(torch.addmm(b, x, w.T), SLOPE)
-    w, b = weights[-1]
-    return torch.tanh(torch.addmm(b, x, w.T))
-
-
 def _initial(sizes: list[int], seed: int, device: str) -> dict[str, torch.Tensor]:
-    """Weights drawn for leaky ReLU (He et al. 2015), biases and moments zero."""
+    """Matrices drawn for leaky ReLU (He et al. 2015), biases and moments zero; each one flat, layer after layer."""
     generator = torch.Generator().manual_seed(seed)
-    state = {}
-    for i, (inputs, outputs) in enumerate(pairwise(sizes)):
-        gain = math.sqrt(2 / inputs)
-        state[f"w{i}"] = (gain * torch.randn(outputs, inputs, generator=generator)).to(device)
-        state[f"b{i}"] = torch.zeros(outputs, device=device)
-        state[f"momentum{i}"] = torch.zeros(outputs, inputs, device=device)
-        state[f"mean{i}"] = torch.zeros(outputs, device=device)
-        state[f"square{i}"] = torch.zeros(outputs, device=device)
-    return state
+    drawn = [math.sqrt(2 / n) * torch.randn(m * n, generator=generator) for n, m in pairwise(sizes)]
+    weights, biases = torch.cat(drawn).to(device), torch.zeros(sum(sizes[1:]), device=device)
+    moments = {"momentum": weights, "mean": biases, "square": biases}
+    return {"weights": weights, "biases": biases, **{name: torch.zeros_like(like) for name, like in moments.items()}}
 
 
 def _batches(count: int, batch: int, seed: int, start: int) -> Iterator[torch.Tensor]:
@@ -196,30 +185,17 @@ def _cycle(t: float) -> float:
 
 
 @torch.no_grad()
-def _update(state: dict[str, torch.Tensor], gradients: tuple[torch.Tensor, ...], step: int, rate: float) -> None:
-    """One step of Muon on the matrices and of Adam on the biases, in place; gradients are w0, b0, w1, b1 …"""
-    for i in range(len(gradients) // 2):
-        g, momentum = gradients[2 * i], state[f"momentum{i}"]
-        momentum.lerp_(g, 1 - _MOMENTUM)
-        g = _orthogonal(torch.lerp(g, momentum, _MOMENTUM))
-        state[f"w{i}"].add_(g, alpha=-rate * math.sqrt(max(1, g.shape[0] / g.shape[1])))
+def _update(state: dict[str, torch.Tensor], descent: Descent, rows: torch.Tensor, step: int, rate: float) -> None:
+    """One step of Muon on the matrices and of Adam on the biases, in place."""
+    by_weights, by_biases = descent.gradients(rows)
+    state["momentum"].lerp_(by_weights, 1 - _MOMENTUM)
+    turned = descent.orthogonal(torch.lerp(by_weights, state["momentum"], _MOMENTUM))
+    for w, g in zip(matrices(state["weights"], descent.sizes), matrices(turned, descent.sizes), strict=True):
+        w.add_(g, alpha=-rate * math.sqrt(max(1, g.shape[0] / g.shape[1])))
 
-        g, mean, square = gradients[2 * i + 1], state[f"mean{i}"], state[f"square{i}"]
-        mean.lerp_(g, 1 - _BETAS[0])
-        square.lerp_(g * g, 1 - _BETAS[1])
-        unbiased = [m / (1 - beta ** (step + 1)) for m, beta in zip((mean, square), _BETAS, strict=True)]
-        state[f"b{i}"].add_(unbiased[0] / (unbiased[1].sqrt() + 1e-10), alpha=-rate * Fit.bias_share)
-
-
-def _orthogonal(g: torch.Tensor) -> torch.Tensor:
-    """U V^T of g's singular value decomposition, roughly: five turns of a quintic iteration."""
-    tall = g.shape[0] > g.shape[1]
-    x = g.T if tall else g
-    x = x / (x.norm() + 1e-12)
-    for a, b, c in [(3.4445, -4.7750, 2.0315)] * 5:
-        gram = x @ x.T
-        x = torch.addmm(x, torch.addmm(gram, gram, gram, beta=b, alpha=c), x, beta=a)
-    return x.T if tall else x
+    mean, square = state["mean"].lerp_(by_biases, 1 - _BETAS[0]), state["square"].lerp_(by_biases.square(), 1 - _BETAS[1])
+    unbiased = [m / (1 - beta ** (step + 1)) for m, beta in zip((mean, square), _BETAS, strict=True)]
+    state["biases"].add_(unbiased[0] / (unbiased[1].sqrt() + 1e-10), alpha=-rate * Fit.bias_share)
 
 
 def _store(path: Path, state: dict[str, torch.Tensor], step: int) -> None:
@@ -242,14 +218,3 @@ def _resume(path: Path, state: dict[str, torch.Tensor]) -> int:
     for name, t in state.items():
         t.copy_(stored[name])
     return step
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """torch on one thread: the matrices are small, and two threads stand still while another program holds a core."""
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(before)

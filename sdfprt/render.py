@@ -27,12 +27,12 @@ from sdfprt.shader import (
     BACKGROUND,
     FREE,
     GRAIN,
-    LIGHT,
     SURFACE,
     VERSION,
     Variant,
     defines,
     light_compute,
+    light_pieces,
     lobes_of,
     network_uniforms,
     own_fragment,
@@ -126,7 +126,7 @@ class Renderer:
         """The program of the second pass, with what belongs to the network set."""
 
         def compiled() -> moderngl.ComputeShader:
-            with _placed(LIGHT, "network"):
+            with _placed(light_pieces(variant), "network"):
                 return context().compute_shader(light_compute(net, variant))
 
         program = _kept(self._lightings, (defines(net, variant), variant, net.bands), compiled)

@@ -111,8 +111,13 @@ def own_fragment(pieces: tuple[str, ...]) -> str:
 def light_compute(net: TransferNet, variant: Variant) -> str:
     """The second pass, a compute shader without text of the user's; without weights too, the same for all, if not `constant`."""
     tau = [] if variant.fixed_light else [tau_text(net.bands, variant.light_bands, variant.result_bands)]
-    text = join(LIGHT) if not variant.constant else f"{constant_network(net)}\n{join(LIGHT[1:])}"
-    return "\n".join([VERSION, defines(net, variant), *tau, text])
+    weights = [constant_network(net)] if variant.constant else []
+    return "\n".join([VERSION, defines(net, variant), *tau, *weights, join(light_pieces(variant))])
+
+
+def light_pieces(variant: Variant) -> tuple[str, ...]:
+    """The pieces of the second pass."""
+    return LIGHT[1:] if variant.constant else LIGHT
 
 
 def constant_network(net: TransferNet) -> str:

@@ -7,7 +7,7 @@ import pytest
 import torch
 from safetensors.numpy import save_file
 
-from sdfprt import SdfprtError, TransferNet, fit, fit_transfer, settings, sh
+from sdfprt import SdfprtError, TransferNet, descent, fit, fit_transfer, native, settings, sh
 from sdfprt.network import encode
 
 
@@ -106,10 +106,10 @@ def test_a_fit_stopped_anywhere_ends_in_the_same_weights(tmp_path, monkeypatch):
     update = fit._update
     for stop in (20, 130, 240):
 
-        def stopping(state, gradients, step, rate, stop=stop):
+        def stopping(state, ways, rows, step, rate, stop=stop):
             if step == stop:
                 raise KeyboardInterrupt
-            update(state, gradients, step, rate)
+            update(state, ways, rows, step, rate)
 
         monkeypatch.setattr(fit, "_update", stopping)
         with pytest.raises(KeyboardInterrupt):
@@ -131,10 +131,30 @@ def test_a_target_ends_the_fit_early():
 
 def test_steps_of_the_optimizer_are_nearly_orthogonal():
     g = torch.randn(48, 20, generator=torch.Generator().manual_seed(0))
-    values = torch.linalg.svdvals(fit._orthogonal(g))
+    values = torch.linalg.svdvals(descent._orthogonal(g))
     assert 0.6 < values.min() and values.max() < 1.3  # the quintic's fixed band around one
     u, _, v = torch.linalg.svd(g, full_matrices=False)
-    assert torch.linalg.norm(fit._orthogonal(g) - u @ v) < 0.35 * torch.linalg.norm(u @ v)
+    assert torch.linalg.norm(descent._orthogonal(g) - u @ v) < 0.35 * torch.linalg.norm(u @ v)
+
+
+@pytest.mark.parametrize("device", ["cpu", "scalar"])
+@pytest.mark.parametrize(("sizes", "batch"), [((60, 64, 64, 64, 16), 256), ((18, 20, 33, 9), 101), ((6, 40, 1), 1)], ids=str)
+def test_kernels_descend_as_torch_does(sizes, batch, device, monkeypatch):
+    monkeypatch.setenv(native.DEVICE, device)
+    generator = torch.Generator().manual_seed(0)
+    state = fit._initial(list(sizes), 0, "cpu")
+    state["biases"].normal_(generator=generator)
+    features, target = (torch.randn(300, n, generator=generator) for n in (sizes[0], sizes[-1]))
+    given = sizes, state["weights"], state["biases"], features, target, torch.rand(sizes[-1], generator=generator)
+    theirs = descent.by_torch(*given)
+    with descent.descend(*given) as ours:
+        for _ in range(2):  # the second with other weights in the same memory
+            rows = torch.randperm(300, generator=generator)[:batch]
+            expected = theirs.gradients(rows)
+            for a, b in zip(ours.gradients(rows), expected, strict=True):
+                torch.testing.assert_close(a, b, rtol=0, atol=1e-5 * float(b.abs().max()))
+            torch.testing.assert_close(ours.orthogonal(expected[0]), theirs.orthogonal(expected[0]), rtol=0, atol=2e-4)
+            state["weights"].mul_(-0.7)
 
 
 @pytest.mark.parametrize("kind", ["nan", "bands", "few"])

@@ -80,6 +80,13 @@ def test_tiles_join_without_a_seam(monkeypatch):
     np.testing.assert_allclose(whole.alpha, parts.alpha, rtol=0, atol=0)
 
 
+def test_groups_in_rows_light_every_hit(monkeypatch):
+    whole = render.frame(SCENE, NET, LIGHT, size=SIZE)
+    monkeypatch.setattr(render, "_ROW", 5)
+    assert whole.alpha.sum() > 8 * render._GROUP * render._ROW  # more than one row, the last one short
+    np.testing.assert_array_equal(whole.rgb, render.frame(SCENE, NET, LIGHT, size=SIZE).rgb)
+
+
 def test_supersampling_is_the_mean_of_a_larger_picture():
     fine = render.frame(SCENE, NET, LIGHT, size=(48, 48))
     coarse = render.frame(SCENE, NET, LIGHT, size=(16, 16), samples=3)

@@ -101,7 +101,8 @@ def bake(
     # Samples, the last of them for validation, with more rays and by the field alone
     work = cache_folder() / "work"
     held = settings.Fit.held_out
-    parts = _Part(0, points, rays, True), _Part(points, points + held, settings.Fit.held_out_rays, False)
+    rounded = points * rays > settings.Lattice.few
+    parts = _Part(0, points, rays, rounded), _Part(points, points + held, settings.Fit.held_out_rays, False)
     key = _key(scene.hash, points, held, seed, resolution, asdict(settings.Surface()))
     traced = work / f"transfer-{_key(key, bands, rays, asdict(settings.Trace()), asdict(settings.Lattice()))}"
     with workers.connect(cluster) if cluster else nullcontext() as client:  # first, since it may not be there

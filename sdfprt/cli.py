@@ -78,6 +78,7 @@ FolderOutput = Annotated[Path, typer.Option("-o", "--output", metavar="FOLDER", 
 AssetFile = Annotated[Path | None, typer.Option("--asset", help="A baked .safetensors file; default: shipped, cached or baked.")]
 Exposure = Annotated[float, typer.Option("--exposure", help="Multiplies radiance before the tone curve.")]
 PngExposure = Annotated[float, typer.Option("--exposure", help="PNG only.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 DEFAULT_SIZE = f"{settings.Render.width}x{settings.Render.height}"
 DEFAULT_LIGHT = "sky_afternoon"
 
@@ -109,7 +110,7 @@ def _baked(scene: "Scene", file: Path | None, width: int) -> "Asset":
     return Asset.load(file, scene=scene) if file else bake(scene, width=width)
 
 
-def _fitted(mesh: Path, output: Path, fit: "Callable[[Mesh], Scene]") -> None:
+def _fitted(mesh: Path, output: Path, as_json: bool, fit: "Callable[[Mesh], Scene]") -> None:
     """Write the scene folder of a fit to a mesh, and say how close it came."""
     from sdfprt import fidelity
     from sdfprt.mesh import load
@@ -119,7 +120,11 @@ def _fitted(mesh: Path, output: Path, fit: "Callable[[Mesh], Scene]") -> None:
     source = load(mesh)
     scene = fit(source)
     scene.save(output)
-    print(f"{mesh.name}: {fidelity.compare(scene, source)}, {time.perf_counter() - start:.1f} s")
+    found, seconds = fidelity.compare(scene, source), time.perf_counter() - start
+    if as_json:
+        print(json.dumps({"mesh": str(mesh), "folder": str(output), **asdict(found), "seconds": seconds}, indent=2))
+        return
+    print(f"{mesh.name}: {found}, {seconds:.1f} s")
     print(output)
 
 
@@ -193,7 +198,7 @@ def lights() -> None:
 def check(
     scene: SceneName,
     png: Annotated[Path | None, typer.Option(help="Write a thumbnail.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Does the scene compile, where is its surface, is it a distance, what does it cost?"""
     from sdfprt import inspect
@@ -222,6 +227,7 @@ def bake(
     target_psnr: Annotated[float | None, typer.Option(help="dB at held-out points and views: the smallest network for it.")] = None,
     preview: Annotated[bool, typer.Option(help="A rough network in seconds.")] = False,
     cluster: Cluster = None,
+    as_json: AsJson = False,
 ) -> None:
     """Precompute transfer and fit the network; resumes where an earlier call was stopped."""
     from sdfprt.bake import bake as run
@@ -243,12 +249,15 @@ def bake(
     )
     if output is not None:
         asset.save(output)
-    info = asset.info
+    info, seconds = asset.info, time.perf_counter() - start
+    if as_json:
+        print(json.dumps({"scene": scene, "asset": str(output or asset.path), **info, "seconds": seconds}, indent=2))
+        return
     for size in info.get("curve", ()):
         octaves = f"{size['position_frequencies']}+{size['normal_frequencies']} octaves, {size['weights']} weights"
         reached = f"points {size['validation_psnr']:.1f} dB, views {size['view_psnr']:.1f} dB"
         print(f"k={size['width']} l={size['layers']}, {octaves}: {reached}")
-    print(f"{scene}: validation RMSE {info['validation_rmse']:.4f}, {time.perf_counter() - start:.1f} s")
+    print(f"{scene}: validation RMSE {info['validation_rmse']:.4f}, {seconds:.1f} s")
     if output is not None:
         print(output)
 
@@ -513,11 +522,12 @@ def neural_fit(
     layers: Annotated[int, typer.Option("--layers", help="Layers of neurons before the output.")] = settings.NeuralFit.layers,
     steps: Annotated[int, typer.Option(help="Of the optimizer.")] = settings.NeuralFit.steps,
     seed: int = 0,
+    as_json: AsJson = False,
 ) -> None:
     """Fit a neural SDF to a mesh: a scene folder whose GLSL is the network."""
     from sdfprt.neural.fit import fit_mesh
 
-    _fitted(mesh, output, lambda source: fit_mesh(source, width, layers, steps, seed=seed, name=output.name))
+    _fitted(mesh, output, as_json, lambda source: fit_mesh(source, width, layers, steps, seed=seed, name=output.name))
 
 
 @app.command()
@@ -525,11 +535,12 @@ def grid_fit(
     mesh: MeshFile,
     output: FolderOutput,
     resolution: Annotated[int, typer.Option(help="Samples along the longest side.")] = settings.GridFit.resolution,
+    as_json: AsJson = False,
 ) -> None:
     """Sample the distance to a mesh on a grid: a scene folder whose GLSL reads a 3D texture."""
     from sdfprt.grid import fit_mesh
 
-    _fitted(mesh, output, lambda source: fit_mesh(source, resolution, name=output.name))
+    _fitted(mesh, output, as_json, lambda source: fit_mesh(source, resolution, name=output.name))
 
 
 @app.command()

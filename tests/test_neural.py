@@ -1,14 +1,18 @@
 """A neural SDF is fitted to meshes whose distance is known."""
 
+import functools
+import json
 from pathlib import Path
 
 import numpy as np
 import opengl
 import pytest
 import trimesh
+from typer.testing import CliRunner
 
 from sdfprt import fidelity, mesh
-from sdfprt.asset import find_asset
+from sdfprt.asset import Asset, find_asset
+from sdfprt.cli import app
 from sdfprt.errors import SdfprtError
 from sdfprt.inspect import check
 from sdfprt.neural.fit import fit_mesh, fit_net
@@ -48,6 +52,16 @@ def test_its_step_is_measured_and_check_is_content(fitted: Scene) -> None:
 def test_a_saved_scene_is_the_same_scene(fitted: Scene, tmp_path: Path) -> None:
     again = Scene.load(fitted.save(tmp_path / "torus"))
     assert again.hash == fitted.hash and again.camera == fitted.camera and again.material == fitted.material
+
+
+def test_the_command_line_answers_in_json(tmp_path: Path) -> None:
+    trimesh.creation.box((1.0, 1.0, 1.0)).export(tmp_path / "box.ply")
+    folder, asset = tmp_path / "box", tmp_path / "box.safetensors"
+    run = functools.partial(CliRunner().invoke, app, catch_exceptions=False)
+    said = json.loads(run(["grid-fit", str(tmp_path / "box.ply"), "-o", str(folder), "--resolution", "24", "--json"]).stdout)
+    assert said["folder"] == str(folder) and said["diagonal"] == pytest.approx(3**0.5) and said["iou"] > 0.99
+    said = json.loads(run(["bake", str(folder), "--preview", "--width", "8", "-o", str(asset), "--json"]).stdout)
+    assert Asset.load(asset, scene=Scene.load(folder)).info["validation_rmse"] == said["validation_rmse"]
 
 
 def test_sizes_that_are_no_network_are_an_error() -> None:

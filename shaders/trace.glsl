@@ -18,7 +18,7 @@ vec2 clipToBounds(vec3 o, vec3 d, float cone) {
 }
 
 // Distance along d to the surface, or -1; nothing lies before `begin`. `width` is the size of a sample at distance 1: chords
-// through the solid shorter than a tenth of it are passed over, and a ray that creeps along a silhouette until the steps run
+// through the solid shorter than a hundredth of it are passed over, and a ray that creeps along a silhouette until the steps run
 // out counts as a hit within half of it. A ray that enters inside the solid hits there.
 // With `cone`, the radius at distance 1 of a cone about the ray: how far the cone is free, or -1 where it is to the end.
 float march(vec3 o, vec3 d, float width, float begin, float cone) {
@@ -33,7 +33,7 @@ float march(vec3 o, vec3 d, float width, float begin, float cone) {
         met = r < max(hitDistance, 0.5 * cone * t) && !apart;
         if (stride > 0.0) slope = clamp((r - ball) / stride, -1.0, 0.8);
         // Else as far as the next ball will touch this one if the slope stays
-        float least = 0.1 * width * t, ahead = min(1.9 * r / (1.0 - slope), max(inside.y - hitDistance - t, r));
+        float least = 0.01 * width * t, ahead = min(1.9 * r / (1.0 - slope), max(inside.y - hitDistance - t, r));
         bool leap = ahead < least;
         if (!met) {
             t += apart ? ball - taken : leap ? least : ahead;
@@ -47,13 +47,13 @@ float march(vec3 o, vec3 d, float width, float begin, float cone) {
     if (cone > 0.0) return !met && !alive ? -1.0 : r < 0.0 && taken > 0.0 ? t - taken + ball : t;
     if (!met && !(alive && r < 0.5 * width * t)) return -1.0;
     // Onto the surface itself, backwards where a leap led into the solid: by the slope, twice
-    float least = 0.1 * width * t;
+    float most = 0.1 * width * t;
     for (int i = 0; i < min(marchSteps, 1); i++) {
-        float move = clamp(r / max(-slope, 0.05), -least, least), there = max(t + move, inside.x);
+        float move = clamp(r / max(-slope, 0.05), -most, most), there = max(t + move, inside.x);
         float next = sdfprt_distance(o + d * there) * stepFactor;
         if (there != t) slope = clamp((next - r) / (there - t), -1.0, 0.0);
         t = there;
         r = next;
     }
-    return max(t + clamp(r / max(-slope, 0.05), -least, least), inside.x);
+    return max(t + clamp(r / max(-slope, 0.05), -most, most), inside.x);
 }

@@ -50,15 +50,20 @@ int|int e;imulExtended(i*int(n),j*70001,q,e);|low(q)+2.0*low(e)
 ivec3|ivec3 e;imulExtended(s*65537,t*70001,q,e);|dot(vec3(e),vec3(1,2,3))+dot(vec3(s+t),vec3(1))+low(ivec3(q))"""
 
 
+ARGUMENTS = """float f = p.x * 2.0; float g = p.y + 0.013; float h = p.z < 0.0 ? p.z - 0.1 : p.z + 0.1; float r = 0.0;
+vec3 u = p; vec3 v = p.yzx + 0.0171; vec3 w = p.zxy * 1.3 - 0.0119; vec3 a = fract(p * 3.7 + 0.31) * 0.98 + 0.01;
+vec3 b = fract(p.zxy * 5.3) + 0.1; int i = int(floor(p.x * 9.0)); int j = int(floor(p.y * 700.0));
+uint n = uint(abs(j)) * 40503u; uint m = uint(abs(i) + 7) * 65521u; ivec3 s = ivec3(floor(p * 900.0));
+ivec3 t = ivec3(floor(p.yzx * 9.0)); uvec3 k = uvec3(abs(s)) * 2531u; uvec3 l = uvec3(abs(t)) * 73u; mat3 A = mat3(u, v, w);
+mat3 B = mat3(w, u, a)""".replace("\n", " ").split("; ")
+
+
 def program(statements: str, value: str) -> str:
-    return f"""float map(vec3 p) {{
-        float f = p.x * 2.0, g = p.y + 0.013, h = p.z < 0.0 ? p.z - 0.1 : p.z + 0.1, r = 0.0;
-        vec3 u = p, v = p.yzx + 0.0171, w = p.zxy * 1.3 - 0.0119, a = fract(p * 3.7 + 0.31) * 0.98 + 0.01;
-        vec3 b = fract(p.zxy * 5.3) + 0.1;
-        int i = int(floor(p.x * 9.0)), j = int(floor(p.y * 700.0)); uint n = uint(abs(j)) * 40503u, m = uint(abs(i) + 7) * 65521u;
-        ivec3 s = ivec3(floor(p * 900.0)), t = ivec3(floor(p.yzx * 9.0)); uvec3 k = uvec3(abs(s)) * 2531u, l = uvec3(abs(t)) * 73u;
-        mat3 A = mat3(u, v, w), B = mat3(w, u, a);
-        {statements} return {value}; }}"""
+    text = f"{statements} return {value}; }}"
+    for argument in reversed(ARGUMENTS):  # what nothing needs would only be compiled
+        if re.search(rf"\b{argument.split()[1]}\b", text):
+            text = f"{argument}; {text}"
+    return f"float map(vec3 p) {{ {text}"
 
 
 def numbered(programs: Iterable[str]) -> str:

@@ -137,8 +137,16 @@ def test_steps_of_the_optimizer_are_nearly_orthogonal():
     assert torch.linalg.norm(descent._orthogonal(g) - u @ v) < 0.35 * torch.linalg.norm(u @ v)
 
 
-@pytest.mark.parametrize("device", ["cpu", "scalar"])
-@pytest.mark.parametrize(("sizes", "batch"), [((60, 64, 64, 64, 16), 256), ((18, 20, 33, 9), 101), ((6, 40, 1), 1)], ids=str)
+@pytest.mark.parametrize(
+    ("sizes", "batch", "device"),
+    [
+        ((60, 64, 64, 64, 16), 256, "cpu"),
+        ((18, 20, 33, 9), 101, "cpu"),
+        ((18, 20, 33, 9), 101, "scalar"),
+        ((6, 40, 1), 1, "cpu"),
+    ],
+    ids=str,
+)
 def test_kernels_descend_as_torch_does(sizes, batch, device, monkeypatch):
     monkeypatch.setenv(native.DEVICE, device)
     generator = torch.Generator().manual_seed(0)

@@ -6,7 +6,6 @@ struct Product : Simd {
     // `upper` leaves out blocks of C that lie below its diagonal.
     static inline CUDA_CALLABLE void add(int rows, int columns, int inner, const float* a, int a_row, int a_inner, const float* b,
                                          int b_row, float* c, int c_row, bool upper = false) {
-#pragma clang fp contract(fast)  // half the instructions; scenes go without, since OpenGL's CPU driver does
         for (int at = 0; at < columns; at += SDFPRT_LANES) {
             const int end = upper && at + SDFPRT_LANES < rows ? at + SDFPRT_LANES : rows;
             for (int r = 0; r < end; r += 4) {

@@ -114,9 +114,13 @@ def _by_kernels(
             "scratch": flat, "gradients": flat, "layers": int, "batch": int, "parts": int, "total": int, "room": int,
             "slope": float,
         },
+        fused=True,
     )  # fmt: skip
     orthogonal = native.build(
-        "", ("product.h", "orthogonal.h"), {"sizes": whole, "matrices": flat, "results": flat, "scratch": flat, "room": int}
+        "",
+        ("product.h", "orthogonal.h"),
+        {"sizes": whole, "matrices": flat, "results": flat, "scratch": flat, "room": int},
+        fused=True,
     )
     wide = [native.padded(n) for n in sizes]
     blocks = [m * n for n, m in pairwise(wide)]

@@ -79,13 +79,17 @@ def piece(name: str) -> str:
 
 
 @no_type_check
-def build(scene: str, pieces: tuple[str, ...], arguments: dict[str, Any]):
-    """A Warp kernel over `first + thread` that runs the last piece as its body, after simd.h, scene and the others."""
+def build(scene: str, pieces: tuple[str, ...], arguments: dict[str, Any], fused: bool = False):
+    """A Warp kernel over `first + thread` that runs the last piece as its body, after simd.h, scene and the others.
+
+    `fused` lets the CPU round a product and a sum once, as CUDA does: quicker, but not what OpenGL's CPU driver computes.
+    """
     textures = tuple(dict.fromkeys(re.findall(r"\btexture_[0-9a-f]{16}\b", scene)))
     shared = [piece("texture.h"), *(f"static const float* {name};" for name in textures)] if textures else []
     given = [f"{name} = given_{name}.data;" for name in textures]  # the same for all threads
-    scalar = ["#define SDFPRT_SCALAR"] if device() == "scalar" else []
-    text = "\n".join([*scalar, piece("simd.h"), *shared, scene, *given, *(piece(name) for name in pieces)])
+    first = ["#define SDFPRT_SCALAR"] if device() == "scalar" else []
+    first += ["#pragma clang fp contract(fast)"] if fused and _place() == "cpu" else []
+    text = "\n".join([*first, piece("simd.h"), *shared, scene, *given, *(piece(name) for name in pieces)])
     key = hashlib.sha256(text.encode()).hexdigest()[:16]
     extra = tuple((f"given_{name}", wp.array(dtype=float)) for name in textures)
     return _kernel(key, text, (*arguments.items(), *extra))

@@ -91,6 +91,7 @@ def compute_transfer(
             "numbers": whole, "bands": int, "rays": int, "seed": int, "shadowed": int, "total": int,
             "offset": float, "near": float, "step": float, "steps": int,
         },
+        fused=True,
     )  # fmt: skip
     result = np.empty((len(points), bands * bands), np.float32)
     norms = native.array(_norms(bands))

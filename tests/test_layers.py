@@ -8,7 +8,7 @@ LAYERS = (
     {"errors", "settings", "sphere", "image", "resources", "progress"},
     {"sh", "light", "sky", "material", "camera", "metrics", "textures"},
     {"glsl", "native", "field", "scene", "csg", "mesh", "grid", "neural", "shading"},
-    {"lattice", "trace", "surface", "transfer", "network", "fit"},
+    {"lattice", "trace", "surface", "transfer", "network", "descent", "fit"},
     {"asset", "cluster", "bake", "shader", "inspect", "fidelity", "es"},
     {"render", "interop", "torch_render", "reference", "exact"},
     {"backends", "report", "render_set", "export", "view", "testing", "bench", "demo"},

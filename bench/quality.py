@@ -149,7 +149,8 @@ def main() -> None:
                 )
         rows = [row for own in measured.values() for row in own]
         took = f"{time.perf_counter() - start:.0f} s for {new} of {len(measured)} measurements, the rest kept"
-        line = bench.setting(f"{args.size}x{args.size}", f"{args.rays} rays a pixel", f"lights {', '.join(args.lights)}", took)
+        used = ", ".join(args.lights if args.protocol != "paper" else args.lights[:1])
+        line = bench.setting(f"{args.size}x{args.size}", f"{args.rays} rays a pixel", f"light {used}", took)
         left = {key: own for key, own in kept.items() if key not in measured} if number < len(sources) else {}
         data = {"rows": rows, "measured": measured | left}
         text = bench.save(args.output, "quality", "Network against exact transfer", line, _body(rows), data)

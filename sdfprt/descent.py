@@ -134,13 +134,13 @@ def _by_kernels(
     )
 
     def gradients(rows: Tensor) -> tuple[Tensor, Tensor]:
-        nonlocal batch, descend
+        nonlocal batch, parts
         if len(rows) != len(batch):
             batch = torch.empty(len(rows), dtype=torch.int32)
             arguments = [counts, *tensors, native.array(batch.numpy(), int), scratch, native.array(found.numpy())]
-            descend = _commands(gradient, [*arguments, len(blocks), len(rows), _PARTS, total, room, SLOPE], _PARTS)
+            parts = _commands(gradient, [*arguments, len(blocks), len(rows), _PARTS, total, room, SLOPE], _PARTS)
         batch.copy_(rows)
-        _side_by_side(pool, descend)
+        _side_by_side(pool, parts)
         both = found.sum(0)
         return both[: len(weights)], both[len(weights) :]
 
@@ -149,7 +149,7 @@ def _by_kernels(
         _side_by_side(pool, turn)
         return directions
 
-    descend: list[Any] = []
+    parts: list[Any] = []
     return Descent(sizes, gradients, orthogonalise)
 
 

@@ -49,6 +49,70 @@ struct Packets : Simd {
         return i;
     }
 
+    // A lane without a ray stays where one began: places lie in the lattice
+    static inline CUDA_CALLABLE void rest(Lanes& lanes, int k) { lanes.u[k] = lanes.v[k] = lanes.w[k] = 0.0f; }
+
+    // Where rays that are free as far as t leave an empty ball whose centre lies `h` from their origin, the cosine `c` off them
+    static inline CUDA_CALLABLE F past(F t, float h, float radius, F c) {
+        const F along = h * c, ahead = t - along;
+        const F inside = fma(along, along, splat(radius * radius - h * h));  // half the chord, squared
+        const F share = inside * (1.0f / (radius * radius));
+        const F chord = radius * share * (1.5f - 0.5f * share);  // no more than the root, and much quicker
+        return sel(le(ahead * ahead, inside), max(t, along + chord), t);
+    }
+
+#if SDFPRT_LANES > 1
+    // Moves the rays of each packet, which have one origin, past empty balls along the middle of their directions: by the lattice
+    // or, if there is none, by the field; the balls of as many packets side by side
+    inline void pass(const float* box, float least, float step, int packets) {
+        for (int first = 0; first < packets; first += SDFPRT_LANES) {
+            const int count = packets - first < SDFPRT_LANES ? packets - first : SDFPRT_LANES;
+            float start[SDFPRT_LANES], along[3][SDFPRT_LANES], from[3][SDFPRT_LANES];
+            for (int k = 0; k < SDFPRT_LANES; k++) {
+                const int i = (first + (k < count ? k : 0)) * SDFPRT_LANES;
+                const F begin = fill(t + i), zero = splat(0.0f);
+                const M begun = lt(begin, fill(far + i)) & lt(zero, fill(free + i));
+                start[k] = smallest(sel(begun, begin, splat(1e30f)));
+                along[0][k] = total(sel(begun, fill(dx + i), zero));
+                along[1][k] = total(sel(begun, fill(dy + i), zero));
+                along[2][k] = total(sel(begun, fill(dz + i), zero));
+                from[0][k] = ox[i], from[1][k] = oy[i], from[2][k] = oz[i];
+            }
+            const F x = fill(from[0]), y = fill(from[1]), z = fill(from[2]);
+            F u = fill(along[0]), v = fill(along[1]), w = fill(along[2]);
+            const F scale = rsqrt(u * u + v * v + w * w + 1e-20f);
+            u *= scale, v *= scale, w *= scale;
+            F enter, last;
+            Tracer::clip(x, y, z, u, v, w, box, enter, last);
+            F h = 1.5f * max(fill(start), splat(least));
+            unsigned on = bits(lt(h, last) & lt(lanes(), splat(count)));
+            for (int k = 0; k < 3; k++) spill(along[k], k == 0 ? u : k == 1 ? v : w);
+            for (int turn = 0; on && turn < 16; turn++) {
+                F side;
+                M rough = none();
+                const F at = min(h, last), px = fma(at, u, x), py = fma(at, v, y), pz = fma(at, w, z);
+                const F r = lattice.nx > 0 ? lattice.at(px, py, pz, side, rough) - lattice.error : Scene::distance(px, py, pz, ones()) * step;
+                float height[SDFPRT_LANES], radius[SDFPRT_LANES];
+                spill(height, at);
+                spill(radius, sel(rough, splat(0.0f), r));
+                h = at + max(r, 0.2f * at);
+                const unsigned more = bits(lt(at, last) & lt(0.1f * at, r));
+                for (unsigned left = on; left; left &= left - 1) {
+                    const int k = lowest(left), i = (first + k) * SDFPRT_LANES;
+                    F here = fill(t + i);
+                    // None is left that gets to this ball
+                    if (!any(lt(splat(height[k] - radius[k]), here) & lt(here, fill(far + i)))) on &= ~(1u << k);
+                    else if (0.0f < radius[k]) {
+                        const F c = fill(dx + i) * along[0][k] + fill(dy + i) * along[1][k] + fill(dz + i) * along[2][k];
+                        spill(t + i, past(here, height[k], radius[k], c));
+                    }
+                }
+                on &= more;
+            }
+        }
+    }
+#endif
+
     static inline CUDA_CALLABLE bool few(unsigned bits) {
         int count = 0;
         for (; bits; bits &= bits - 1) count++;
@@ -63,7 +127,8 @@ struct Packets : Simd {
         unsigned on = 0;  // lanes with a ray
         for (int k = 0; k < SDFPRT_LANES; k++) {
             enter(at, k, list[next < count ? next : 0]);
-            on |= (unsigned)(next < count) << k;
+            if (next == count) rest(at, k);
+            else on |= 1u << k;
             next += next < count;
         }
         while (on) {
@@ -79,8 +144,10 @@ struct Packets : Simd {
             // of the ball before; else step as far as the next ball will touch this one if the slope stays
             const M gap = lt(before + r, came);
             const M met = (lt(r, splat(0.0f)) | (lt(r, touch) & ~gap)) & ~doubt;
-            const F slope = max(min((r - before) / max(came, splat(1e-9f)), splat(0.8f)), splat(-1.0f));
-            const F ahead = sel(lt(splat(0.0f), came), 1.9f * r / (1.0f - slope), 1.2f * r);
+            const F bend = clamp(came - r + before, 0.2f * came, 2.0f * came);  // how much slope there was
+            const F drop = before - r;
+            const M dive = lt(0.2f * came, drop);
+            const F ahead = sel(lt(splat(0.0f), came), r * sel(dive, 1.3f * came, 1.8f * came) / sel(dive, drop, bend), 1.2f * r);
             const F away = sel(gap, s - came + before, min(s + ahead, max(s + r, end - touch)));
             // A chord through the surface shorter than a leap stays within the lattice's error of it
             const F leap = 0.125f * side;
@@ -92,10 +159,10 @@ struct Packets : Simd {
             spill(at.spent, turns);
 
             // What becomes of them; so many evaluations: it grazes
-            const M out = le(end, place) & ~doubt & ~met;
+            const M out = ~(lt(place, end) | doubt | met);  // or is no number
             const M lost = le(splat(steps), turns) & ~out;
             M turn = doubt;
-            if (field) turn = lattice.nx > 0 ? le(splat(lattice.error), r) & ~gap : none();
+            if (field) turn = lattice.nx > 0 ? le(splat(3.0f * lattice.error), r) & ~gap : none();
             const unsigned blocked = bits(met | lost), leaving = bits(turn & ~out) & ~blocked;
             for (unsigned ended = on & (blocked | leaving | bits(out)); ended; ended &= ended - 1) {
                 const int k = lowest(ended);
@@ -104,7 +171,10 @@ struct Packets : Simd {
                 others[waiting] = i;
                 waiting += leaving >> k & 1;
                 if (next < count) enter(at, k, list[next++]);
-                else on &= ~(1u << k);
+                else {
+                    on &= ~(1u << k);
+                    rest(at, k);
+                }
             }
             // An evaluation for a few lanes can wait until more rays ask for one
             if (field && next == count && waiting > 0 && few(on)) break;
@@ -119,11 +189,13 @@ struct Packets : Simd {
         const bool by_lattice = lattice.nx > 0;
         int* list = by_lattice ? readers : askers;
         int begun = 0;
-        for (int i = 0; i < count; i++) {
-            list[begun] = i;
-            ball[i] = taken[i] = 0.0f;
-            spent[i] = 0;
-            begun += free[i] > 0.0f && t[i] + reach[i] < far[i];  // on a face where the bounds cut the solid, outwards is free
+        for (int first = 0; first < count; first += SDFPRT_LANES) {
+            spill(ball + first, splat(0.0f));
+            spill(taken + first, splat(0.0f));
+            spill(spent + first, splat(0));
+            // On a face where the bounds cut the solid, outwards is free
+            unsigned on = bits(lt(splat(0.0f), fill(free + first)) & lt(fill(t + first) + fill(reach + first), fill(far + first)));
+            for (; on; on &= on - 1) list[begun++] = first + lowest(on);
         }
         reading = by_lattice ? begun : 0;
         asking = begun - reading;

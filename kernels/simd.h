@@ -1,22 +1,28 @@
-// Value types and elementary functions, generic in the number of lanes: 16 on the CPU (clang vector types), 1 on CUDA.
+// Value types and elementary functions, generic in SDFPRT_LANES: 8 or 16 on the CPU (clang vector types), 1 on CUDA.
 // F float, I int, U unsigned, M mask (-1 or 0 a lane). Polynomials are our own minimax fits; errors about 1e-7 relative.
 // This text stands inside the body of a Warp native function, so everything is a local struct.
 using namespace wp;
-#if defined(__CUDA_ARCH__) || defined(SDFPRT_SCALAR)
+#if defined(__CUDA_ARCH__)
+#undef SDFPRT_LANES
 #define SDFPRT_LANES 1
+#endif
+#if SDFPRT_LANES == 1
 typedef float F;
 typedef int I;
 typedef unsigned U;
 typedef int M;
 #else
-#define SDFPRT_LANES 16
-typedef float F __attribute__((ext_vector_type(16)));
-typedef int I __attribute__((ext_vector_type(16)));
-typedef unsigned U __attribute__((ext_vector_type(16)));
-typedef int M __attribute__((ext_vector_type(16)));
-typedef float F8 __attribute__((ext_vector_type(8)));
-typedef int M8 __attribute__((ext_vector_type(8)));
-typedef bool B __attribute__((ext_vector_type(16)));
+typedef float F __attribute__((ext_vector_type(SDFPRT_LANES)));
+typedef int I __attribute__((ext_vector_type(SDFPRT_LANES)));
+typedef unsigned U __attribute__((ext_vector_type(SDFPRT_LANES)));
+typedef int M __attribute__((ext_vector_type(SDFPRT_LANES)));
+typedef bool B __attribute__((ext_vector_type(SDFPRT_LANES)));
+typedef long long Pair __attribute__((ext_vector_type(SDFPRT_LANES)));  // of words
+#if SDFPRT_LANES == 8
+typedef unsigned char Bits;
+#else
+typedef unsigned short Bits;
+#endif
 #endif
 struct Simd {
 #if SDFPRT_LANES == 1
@@ -68,14 +74,13 @@ struct Simd {
     static inline void set(F& v, int i, float x) { v[i] = x; }
     static inline void set(I& v, int i, int x) { v[i] = x; }
     static inline void set(U& v, int i, unsigned x) { v[i] = x; }
-    static inline I lanes() { return I{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15}; }
-    static inline bool any(M m) {
-        M8 half = m.lo | m.hi;
-        int __attribute__((ext_vector_type(4))) quarter = half.lo | half.hi;
-        int __attribute__((ext_vector_type(2))) pair = quarter.lo | quarter.hi;
-        return (pair.x | pair.y) != 0;
+    static inline I lanes() {
+        I r = splat(0);
+        for (int k = 0; k < SDFPRT_LANES; k++) r[k] = k;
+        return r;
     }
-    static inline unsigned bits(M m) { return __builtin_bit_cast(unsigned short, __builtin_convertvector(m, B)); }
+    static inline bool any(M m) { return bits(m) != 0; }
+    static inline unsigned bits(M m) { return __builtin_bit_cast(Bits, __builtin_convertvector(m, B)); }
     static inline int lowest(unsigned bits) { return __builtin_ctz(bits); }
     static inline F sel(M m, F a, F b) { return m ? a : b; }
     static inline I sel(M m, I a, I b) { return m ? a : b; }
@@ -135,6 +140,21 @@ struct Simd {
     static inline void spill(int* v, I x) { __builtin_memcpy(v, &x, sizeof(I)); }
 #endif
 
+    // Of all lanes
+    static inline CUDA_CALLABLE float total(F v) {
+        float each[SDFPRT_LANES], r = 0.0f;
+        spill(each, v);
+        for (int k = 0; k < SDFPRT_LANES; k++) r += each[k];
+        return r;
+    }
+    static inline CUDA_CALLABLE float smallest(F v) {
+        float each[SDFPRT_LANES];
+        spill(each, v);
+        float r = each[0];
+        for (int k = 1; k < SDFPRT_LANES; k++) r = each[k] < r ? each[k] : r;
+        return r;
+    }
+
     // Arrays indexed by a value that differs between lanes; indices out of range are clamped
     static inline CUDA_CALLABLE I clamp_index(I i, int n) {
         i = sel(lt(i, splat(0)), splat(0), i);
@@ -158,28 +178,20 @@ struct Simd {
         for (int k = 0; k < SDFPRT_LANES; k++) r[k] = table[at[k]];
         return fill(r);
     }
-    // The four words from each place on
+    // The pair of words at each place
 #if SDFPRT_LANES == 1
-    static inline CUDA_CALLABLE void gather(const int* table, I i, I& a, I& b, I& c, I& d) {
-        a = table[i];
-        b = table[i + 1];
-        c = table[i + 2];
-        d = table[i + 3];
+    static inline CUDA_CALLABLE void gather_pairs(const int* table, I i, I& a, I& b) {
+        a = table[2 * i];
+        b = table[2 * i + 1];
     }
 #else
-    static inline void gather(const int* table, I i, I& a, I& b, I& c, I& d) {
+    static inline void gather_pairs(const int* table, I i, I& a, I& b) {
         int at[SDFPRT_LANES];
         spill(at, i);
-        I row[4];  // of four lanes each
-        for (int k = 0; k < SDFPRT_LANES; k++) __builtin_memcpy((int*)row + 4 * k, table + at[k], 16);
-        const I p = __builtin_shufflevector(row[0], row[1], 0, 4, 8, 12, 16, 20, 24, 28, 1, 5, 9, 13, 17, 21, 25, 29);
-        const I q = __builtin_shufflevector(row[2], row[3], 0, 4, 8, 12, 16, 20, 24, 28, 1, 5, 9, 13, 17, 21, 25, 29);
-        const I r = __builtin_shufflevector(row[0], row[1], 2, 6, 10, 14, 18, 22, 26, 30, 3, 7, 11, 15, 19, 23, 27, 31);
-        const I s = __builtin_shufflevector(row[2], row[3], 2, 6, 10, 14, 18, 22, 26, 30, 3, 7, 11, 15, 19, 23, 27, 31);
-        a = __builtin_shufflevector(p, q, 0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23);
-        b = __builtin_shufflevector(p, q, 8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27, 28, 29, 30, 31);
-        c = __builtin_shufflevector(r, s, 0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23);
-        d = __builtin_shufflevector(r, s, 8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27, 28, 29, 30, 31);
+        Pair row = (Pair)0;
+        for (int k = 0; k < SDFPRT_LANES; k++) __builtin_memcpy((int*)&row + 2 * k, table + 2 * at[k], 8);
+        a = __builtin_convertvector(row, I);
+        b = __builtin_convertvector(row >> 32, I);
     }
 #endif
     // Element i of `count`, `stride` apart: those that some lane asks for

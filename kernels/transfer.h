@@ -1,21 +1,25 @@
 // Transfer of SDFPRT_GROUP points an item: T_i = integral of V max(n.w, 0) y_i(w) dw by cosine-weighted directions, an R2 sequence
-// shifted differently at each point. Rays begin where empty balls along the normal end: the creeping zone is never marched.
+// shifted differently at each point. Rays begin where empty balls end, along the normal and then along the middle of each packet:
+// the creeping zone is never marched.
 {
     const int SHARE = SDFPRT_BATCH / SDFPRT_GROUP;  // rays of a point in a batch
+    const int SHIFTS = 16;  // orders of a point's rays, for as many parts of the shift along u
+    const int all = (rays + 7) / 8 * 8;  // in an order
     const int begin = item * SDFPRT_GROUP, members = total - begin < SDFPRT_GROUP ? total - begin : SDFPRT_GROUP;
     Packets packets;
-    packets.lattice.read(entries.data, records.data, frame.data);
+    packets.lattice.read(records.data, frame.data);
     F sum[SDFPRT_GROUP][64];
     for (int g = 0; g < members; g++)
         for (int i = 0; i < bands * bands; i++) sum[g][i] = Simd::splat(0.0f);
 
     // Empty balls of each point: centres o + h n, the first at o itself, then h growing by 1.7 a ball
-    float height[16], radius[SDFPRT_GROUP][16];
-    for (int k = 0; k < 16; k++) height[k] = k == 0 ? 0.0f : 2.0f * offset * expf(0.530628f * (float)(k - 1));
+    const int NEAR = SDFPRT_LANES == 1 ? 16 : 8;
+    float height[NEAR], radius[SDFPRT_GROUP][NEAR];
+    for (int k = 0; k < NEAR; k++) height[k] = k == 0 ? 0.0f : 2.0f * offset * expf(0.530628f * (float)(k - 1));
     for (int g = 0; g < members && shadowed; g++) {
         const float* p = points.data + 3 * (begin + g);
         const float* n = normals.data + 3 * (begin + g);
-        for (int first = 0; first < 16; first += SDFPRT_LANES) {
+        for (int first = 0; first < NEAR; first += SDFPRT_LANES) {
             const F h = offset + Simd::fill(height + first);
             const F d = Scene::distance(p[0] + n[0] * h, p[1] + n[1] * h, p[2] + n[2] * h, Simd::ones()) * step;
             Simd::spill(radius[g] + first, d);
@@ -42,9 +46,10 @@
             s ^= s >> 16; s *= 0x7feb352du; s ^= s >> 15; s *= 0x846ca68bu; s ^= s >> 16;
             const float shift_u = (float)(s & 0xffffu) / 65536.0f, shift_v = (float)(s >> 16) / 65536.0f;
 
+            const int* turns = order.data + (int)(shift_u * (float)SHIFTS) * all;
             for (int first = 0; first < padded; first += SDFPRT_LANES) {
                 const int at = g * padded + first;
-                const F number = Simd::to_F(Simd::fill(order.data + batch + first)) + 0.5f;
+                const F number = Simd::to_F(Simd::fill(turns + batch + first)) + 0.5f;
                 const F u = Simd::fract(number * 0.7548776662f + shift_u);
                 const F v = Simd::fract(number * 0.5698402910f + shift_v);
                 const M used = Simd::lt(number, Simd::splat((float)rays));
@@ -59,13 +64,9 @@
                 Packets::spill(packets.free + at, Simd::sel(used, Simd::splat(1.0f), Simd::splat(0.0f)));
                 if (!shadowed) continue;
                 F t = Simd::splat(0.0f);
-                for (int k = 0; k < 16; k++) {
-                    const float h = height[k], d = radius[g][k];
-                    if (d <= 0.0f) break;
-                    const F along = h * c, inside = along * along - (h * h - d * d);
-                    const F chord = Simd::sqrt(Simd::max(inside, Simd::splat(0.0f)));
-                    const M reach = Simd::le(Simd::splat(0.0f), inside) & Simd::le(along - chord, t) & Simd::lt(t, along + chord);
-                    t = Simd::sel(reach, along + chord, t);
+                for (int k = 0; k < NEAR; k++) {
+                    if (radius[g][k] <= 0.0f) break;
+                    t = Packets::past(t, height[k], radius[g][k], c);
                 }
                 F enter, leave;
                 Tracer::clip(Simd::splat(ox), Simd::splat(oy), Simd::splat(oz), dx, dy, dz, box.data, enter, leave);
@@ -79,31 +80,32 @@
                 Packets::spill(packets.oz + at, Simd::splat(oz));
             }
         }
+#if SDFPRT_LANES > 1
+        if (shadowed) packets.pass(box.data, offset, step, members * padded / SDFPRT_LANES);
+#endif
         if (shadowed) packets.trace(step, steps, members * padded);
 
-        // Basis by the recurrence in l of each order m; the constants come from sh.py's normalisation, passed in
+        // Basis by the recurrence in l of each order m, its constants from sdfprt/transfer.py
         for (int at = 0; at < members * padded; at += SDFPRT_LANES) {
             const F dx = Packets::fill(packets.dx + at), dy = Packets::fill(packets.dy + at);
             const F dz = Packets::fill(packets.dz + at), one = Packets::fill(packets.free + at);
             if (!Simd::any(Simd::lt(Simd::splat(0.0f), one))) continue;
             F* total_of = sum[at / padded];
             F re = one, im = Simd::splat(0.0f);
-            float diagonal = 1.0f;
             for (int m = 0; m < bands; m++) {
-                F before = Simd::splat(0.0f), here = Simd::splat(diagonal);
-                for (int l = m; l < bands; l++) {
-                    const float scale = norms.data[l * (l + 1) + m];
+                const float* constants = recurrence.data + 3 * (m * bands + m);
+                F before = Simd::splat(0.0f), here = Simd::splat(constants[0]);
+                for (int l = m; l < bands; l++, constants += 3) {
                     const int i = l * (l + 1);
-                    total_of[i + m] += scale * here * re;
-                    if (m > 0) total_of[i - m] += scale * here * im;
-                    const F next = ((float)(2 * l + 1) * dz * here - (float)(l + m) * before) / (float)(l - m + 1);
+                    total_of[i + m] += here * re;
+                    if (m > 0) total_of[i - m] += here * im;
+                    const F next = constants[1] * dz * here - constants[2] * before;
                     before = here;
                     here = next;
                 }
                 const F turned = re * dx - im * dy;
                 im = re * dy + im * dx;
                 re = turned;
-                diagonal *= -(float)(2 * m + 1);
             }
         }
     }

@@ -105,7 +105,7 @@ def _by_kernels(
     total = len(weights) + len(biases)
     found, directions = torch.empty(_PARTS, total), torch.empty_like(weights)
     matrix, batch = torch.empty_like(weights), torch.empty(0, dtype=torch.int32)
-    whole, flat = wp.array(dtype=int), wp.array(dtype=float)
+    whole, flat = native.WHOLES, native.FLOATS
     gradient = native.build(
         "",
         ("product.h", "gradient.h"),

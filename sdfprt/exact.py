@@ -6,7 +6,6 @@ Against `render` the difference is the network's error; against `reference` it i
 from dataclasses import dataclass
 
 import numpy as np
-import warp as wp
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
@@ -106,7 +105,7 @@ def colours(
     count = len(points)
     rows = np.zeros((native.padded(count), 6), np.float32)
     rows[:count] = np.concatenate([points, normals], axis=1)
-    flat = wp.array(dtype=float)
+    flat = native.FLOATS
     body = f"#define SDFPRT_HAS_ALBEDO {int(scene.has_albedo)}\n#define SDFPRT_HAS_EXPONENT {int(scene.has_exponent)}\n"
     kernel = native.build(body + scene.native_colour, ("colour.h",), {"rows": flat, "out": flat})
     out = native.zeros(4 * len(rows))

@@ -1,9 +1,8 @@
 """A lattice of distances that spares transfer most evaluations of a field.
 
-Rays step by what interpolation between the corners of cubic cells says. Cells in which that differs from the field by more
-than settings.Lattice allows are cut into 4^3, and those once more (adaptively sampled distance fields, Frisken et al. 2000);
-where even that differs, at thin parts and creases, rays see the field itself. Values are the field's times its step, rounded
-to 15 bits.
+Rays step by what a plane in each cubic cell says. Cells in which that differs from the field by more than settings.Lattice
+allows are cut into 4^3, and those once more (adaptively sampled distance fields, Frisken et al. 2000); where even that
+differs, at thin parts and creases, rays see the field itself. Values are the field's times its step, rounded to 15 bits.
 """
 
 from dataclasses import dataclass
@@ -17,25 +16,26 @@ from sdfprt import field, settings
 from sdfprt.scene import Scene
 
 _KEEP = 4  # lattices in memory
-_CHUNK = 1 << 18  # samples at once
+_CHUNK = 1 << 18  # samples, or cells, at once
 CUT = 4  # finer cells along a side of a cell, as in kernels/lattice.h
 _LEVELS = 3
-_SIDES = np.array(list(product((0, 1), repeat=3)))  # a cell's corners along z, y, x
-_PROBES = np.array([(0.5, 0.5, 0.5), *product((0.25, 0.75), repeat=3)])  # where cells are tried, in cells
-_MOST = 1 << 16  # cells of a level that are cut, the nearest to the surface; the field is asked in the others
+_SIDES = np.array(list(product((0, 1), repeat=3)))[:, ::-1]  # x, y, z of a cell's corners, x fastest
+_MIDDLE = np.full((1, 3), 0.5)
+_INNER = np.array(list(product((0.25, 0.75), repeat=3)))  # where cells near the surface are tried besides
+_MOST = 3 << 15  # cells of a level that are cut, the nearest to the surface; the field is asked in the others
 
 
 @dataclass(frozen=True)
 class Lattice:
-    """Records of eight corners in units of `unit`, x fastest, as four words each.
+    """Records of two words, four numbers of 16 bits: distance at the cell's first corner and its change along x, y and z.
 
-    An entry, one a coarse cell (x fastest), is twice the number of its record, or that of the first of its CUT^3 finer
-    cells and 1. An odd first corner says that the second word is the number of the first of the CUT^3 cells that this one is
-    cut into, or -1 where interpolation is not to be trusted.
+    An odd distance says that the second word is instead the number of the first of the CUT^3 cells that this one is cut into,
+    x fastest, or -1 where no plane is to be trusted. The coarse cells come first, x fastest, one more along each axis than fill
+    the bounds: a copy, for places on the far faces.
     """
 
-    entries: Int32[ndarray, "nz ny nx"]
-    records: Int32[ndarray, "n 4"]
+    records: Int32[ndarray, "n 2"]
+    counts: tuple[int, int, int]  # coarse cells along x, y, z, those copies among them
     origin: tuple[float, float, float]
     cell: float  # side of a coarse cell, scene units
     unit: float  # scene units
@@ -44,12 +44,12 @@ class Lattice:
 
     @property
     def frame(self) -> list[float]:
-        """What kernels/lattice.h reads: cells along x, y, z; origin; cell; unit; error."""
-        return [*map(float, self.entries.shape[::-1]), *self.origin, self.cell, self.unit, self.error]
+        """What kernels/lattice.h reads: coarse cells along x and y; origin; cell; unit; error."""
+        return [*map(float, self.counts[:2]), *self.origin, self.cell, self.unit, self.error]
 
 
 _NOWHERE = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-NO_LATTICE = Lattice(np.zeros((0, 0, 0), np.int32), np.zeros((0, 4), np.int32), (0.0, 0.0, 0.0), 1.0, 0.0, 0.0, _NOWHERE)
+NO_LATTICE = Lattice(np.zeros((0, 2), np.int32), (0, 0, 0), (0.0, 0.0, 0.0), 1.0, 0.0, 0.0, _NOWHERE)
 
 
 def worthwhile(scene: Scene) -> Lattice | None:
@@ -84,22 +84,24 @@ def _sample(scene: Scene, cells: int) -> Lattice:
     if not len(held):
         held = places
     box = _corner(np.maximum(held.min(axis=0), low)), _corner(np.minimum(held.max(axis=0) + cell, high))
-    side, count, records, entries = cell, 0, [], np.empty(0, np.int32)
+    side, count, levels = cell, 0, []
     for level in range(_LEVELS):
-        wrong = _wrong(scene, places, side, corners, error)
-        cut = _nearest(wrong, corners) if level + 1 < _LEVELS else np.empty(0, int)
-        count += len(corners)
-        children = np.full(len(corners), -1, np.int32)
-        children[cut] = count + CUT**3 * np.arange(len(cut))
-        records.append(_packed(corners, unit))
-        records[-1][wrong, 0] |= 1
-        records[-1][wrong, 1] = children[wrong]
+        last = level + 1 == _LEVELS
+        planes, wrong = _planes(scene, places, side, corners, error, not last)
+        cut = np.empty(0, int) if last else _nearest(wrong, corners)
+        records = _packed(planes, unit)
+        records[wrong] = 1, -1
+        count += int(np.prod(counts + 1)) if level == 0 else len(records)
+        records[cut, 1] = count + CUT**3 * np.arange(len(cut))
         if level == 0:
-            entries = np.where(children < 0, 2 * np.arange(len(corners)), 2 * children + 1).astype(np.int32)
+            spread = records.reshape(*counts[::-1], 2)
+            records = np.pad(spread, ((0, 1), (0, 1), (0, 1), (0, 0)), "edge").reshape(-1, 2)
+        levels.append(records)
         side /= CUT
         corners = _cells(_along(scene, places[cut], side * _inside(CUT + 1)).reshape(-1, CUT + 1, CUT + 1, CUT + 1))
         places = (places[cut, None] + side * _inside(CUT)).reshape(-1, 3)
-    return Lattice(entries.reshape(counts[::-1]), np.concatenate(records), _corner(low), cell, unit, error, box)
+    nx, ny, nz = (int(n) + 1 for n in counts)
+    return Lattice(np.concatenate(levels), (nx, ny, nz), _corner(low), cell, unit, error, box)
 
 
 def _corner(values: Float[ndarray, "3"]) -> tuple[float, float, float]:
@@ -110,7 +112,7 @@ def _corner(values: Float[ndarray, "3"]) -> tuple[float, float, float]:
 def _cells(values: Float[ndarray, "n z y x"]) -> Float[ndarray, "m 8"]:
     """Corners of all the cells between samples, cell by cell."""
     ends = [(slice(0, n - 1), slice(1, n)) for n in values.shape[1:]]
-    corners = [values[:, ends[0][k], ends[1][j], ends[2][i]] for k, j, i in _SIDES]
+    corners = [values[:, ends[0][k], ends[1][j], ends[2][i]] for i, j, k in _SIDES]
     return np.stack(corners, axis=-1).reshape(-1, 8)
 
 
@@ -136,23 +138,41 @@ def _along(scene: Scene, places: Float[ndarray, "n 3"], steps: Float[ndarray, "m
     return values * np.float32(scene.step)
 
 
-def _wrong(scene: Scene, places: ndarray, side: float, corners: ndarray, error: float) -> Bool[ndarray, "n"]:
-    """Cells in which interpolation differs from the field by more than settings.Lattice allows, or the field is NaN.
+def _planes(
+    scene: Scene, places: ndarray, side: float, corners: ndarray, error: float, closely: bool
+) -> tuple[Float[ndarray, "n 4"], Bool[ndarray, "n"]]:
+    """The plane of each cell, and where it differs from the field by more than settings.Lattice allows, or the field is NaN.
 
-    Tried in the middle, near the surface at eight places more; not where all of a cell is in the solid.
+    Held against the corners and the middle, near the surface and `closely` at eight places more; anything will do where all of
+    a cell is in the solid.
     """
-    wrong = np.asarray(np.isnan(corners).any(axis=1))
+    planes, wrong = np.zeros((len(places), 4), np.float32), np.asarray(np.isnan(corners).any(axis=1))
     outside = ~(corners.max(axis=1) < -side)
-    near = outside & (np.abs(corners).min(axis=1) < side)
-    for where, probes in ((outside & ~near, _PROBES[:1]), (near, _PROBES)):
-        shares = np.where(_SIDES[None, :, ::-1] == 1, probes[:, None], 1 - probes[:, None]).prod(-1)  # probe, corner
-        found = _along(scene, places[where], side * probes)
-        difference = np.abs(corners[where] @ shares.T.astype(np.float32) - found)
-        wrong[where] |= ~(difference <= error + settings.Lattice.far * np.abs(found)).all(axis=1)
-    return wrong
+    near = outside & (np.abs(corners).min(axis=1) < side) & closely
+    planes[:, 0] = -side  # in the solid
+    for where, probes in ((outside & ~near, _MIDDLE), (near, np.concatenate([_MIDDLE, _INNER]))):
+        tried = np.concatenate([_SIDES, probes]).astype(np.float32)
+        numbers = np.flatnonzero(where)
+        for begin in range(0, len(numbers), _CHUNK):
+            part = numbers[begin : begin + _CHUNK]
+            found = np.concatenate([corners[part], _along(scene, places[part], side * probes)], axis=1)
+            slope = corners[part] @ (2 * _SIDES - 1).astype(np.float32) / 4
+            rest = found - slope @ tried.T  # had the plane no error, the distance at the first corner
+            # Farther from the surface than it is, and nearer, by so much at most
+            size = np.abs(found)
+            most = (rest + error + settings.Lattice.far * size).min(axis=1)
+            clear = size.min(axis=1, keepdims=True) > 0.18 * side
+            spare = np.where(clear, size - max(4 * error, 0.2 * side), 0)
+            short = np.minimum(settings.Lattice.short * size, np.maximum(settings.Lattice.far * size, spare))
+            least = (rest - error - short).max(axis=1)
+            first = np.clip(0.5 * (rest.min(axis=1) + rest.max(axis=1)), least, most)
+            planes[part] = np.concatenate([first[:, None], slope], axis=1)
+            wrong[part] |= ~(least <= most)
+    return planes, wrong
 
 
-def _packed(corners: Float[ndarray, "n 8"], unit: float) -> Int32[ndarray, "n 4"]:
-    """Eight corners in four words, each an even integer of 16 bits."""
-    whole = 2 * np.round(np.clip(np.nan_to_num(corners), -32766 * unit, 32766 * unit) / (2 * unit)).astype(np.int16)
-    return np.ascontiguousarray(whole).view(np.int32)
+def _packed(planes: Float[ndarray, "n 4"], unit: float) -> Int32[ndarray, "n 2"]:
+    """Four numbers of 16 bits in two words, the first an even one."""
+    whole = np.round(np.nan_to_num(planes) / unit)
+    whole[:, 0] = 2 * np.round(0.5 * whole[:, 0])
+    return np.ascontiguousarray(np.clip(whole, -32766, 32766).astype(np.int16)).view(np.int32)

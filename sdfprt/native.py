@@ -2,7 +2,7 @@
 
 A body sees `Simd`, the scene's struct and its arguments (arrays as `name.data`), and handles item `item`:
 
-    kernel = build(scene_cpp, ("distance.h",), {"points": wp.array(dtype=float), "out": wp.array(dtype=float)})
+    kernel = build(scene_cpp, ("distance.h",), {"points": FLOATS, "out": FLOATS, "step": float})
     launch(kernel, padded(count) // lanes(), [array(points), out])
 """
 
@@ -23,6 +23,7 @@ from sdfprt.resources import folder
 
 wp.config.log_level = wp.LOG_ERROR  # standard output is for results
 LANES = 16  # of a packet on the CPU, as in kernels/simd.h; arrays of rays are padded to whole packets everywhere
+FLOATS, WHOLES = wp.array(dtype=float), wp.array(dtype=int)  # kinds of arguments
 DEVICE = "SDFPRT_DEVICE"
 THREADS = min(os.cpu_count() or 1, 16)
 
@@ -78,21 +79,13 @@ def piece(name: str) -> str:
     return (folder("kernels") / name).read_text()
 
 
-@no_type_check
-def build(scene: str, pieces: tuple[str, ...], arguments: dict[str, Any], fused: bool = False):
+def build(scene: str, pieces: tuple[str, ...], arguments: dict[str, Any], fused: bool = False, lanes: int = LANES) -> Any:
     """A Warp kernel over `first + thread` that runs the last piece as its body, after simd.h, scene and the others.
 
-    `fused` lets the CPU round a product and a sum once, as CUDA does: quicker, but not what OpenGL's CPU driver computes.
+    `arguments` gives the kind of each: float, int, FLOATS or WHOLES. `fused` lets the CPU round a product and a sum once, as
+    CUDA does: quicker, but not what OpenGL's CPU driver computes. `lanes`, 8 or 16, is what a packet has on the CPU.
     """
-    textures = tuple(dict.fromkeys(re.findall(r"\btexture_[0-9a-f]{16}\b", scene)))
-    shared = [piece("texture.h"), *(f"static const float* {name};" for name in textures)] if textures else []
-    given = [f"{name} = given_{name}.data;" for name in textures]  # the same for all threads
-    first = ["#define SDFPRT_SCALAR"] if device() == "scalar" else []
-    first += ["#pragma clang fp contract(fast)"] if fused and _place() == "cpu" else []
-    text = "\n".join([*first, piece("simd.h"), *shared, scene, *given, *(piece(name) for name in pieces)])
-    key = hashlib.sha256(text.encode()).hexdigest()[:16]
-    extra = tuple((f"given_{name}", wp.array(dtype=float)) for name in textures)
-    return _kernel(key, text, (*arguments.items(), *extra))
+    return _kernel(device(), scene, pieces, tuple(arguments.items()), fused, lanes)
 
 
 def texture(values: ndarray) -> str:
@@ -115,7 +108,15 @@ _textures: weakref.WeakValueDictionary[tuple[str, str], wp.array] = weakref.Weak
 
 @functools.lru_cache(maxsize=64)
 @no_type_check
-def _kernel(key: str, text: str, arguments: tuple):
+def _kernel(where: str, scene: str, pieces: tuple[str, ...], arguments: tuple, fused: bool, lanes: int):
+    textures = tuple(dict.fromkeys(re.findall(r"\btexture_[0-9a-f]{16}\b", scene)))
+    shared = [piece("texture.h"), *(f"static const float* {name};" for name in textures)] if textures else []
+    given = [f"{name} = given_{name}.data;" for name in textures]  # the same for all threads
+    first = [f"#define SDFPRT_LANES {lanes if where == 'cpu' else 1}"]
+    first += ["#pragma clang fp contract(fast)"] if fused and not where.startswith("cuda") else []
+    text = "\n".join([*first, piece("simd.h"), *shared, scene, *given, *(piece(name) for name in pieces)])
+    key = hashlib.sha256(text.encode()).hexdigest()[:16]
+    arguments += tuple((f"given_{name}", FLOATS) for name in textures)
     names = [name for name, _ in arguments]
     scope = {"wp": wp, **{f"T_{name}": kind for name, kind in arguments}}
     signature = ", ".join(f"{name}: T_{name}" for name in names)
@@ -132,7 +133,7 @@ def _kernel(key: str, text: str, arguments: tuple):
     exec(compile(source, path, "exec"), scope)
     scope[f"native_{key}"] = wp.func_native(text)(scope[f"native_{key}"])
     made = wp.kernel(enable_backward=False, module="unique")(scope[f"kernel_{key}"])
-    made.textures = [name.removeprefix("given_") for name in names if name.startswith("given_")]
+    made.textures = textures
     return made
 
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import warp as wp
 from jaxtyping import Float
 from numpy import ndarray
 
@@ -159,9 +158,9 @@ class _Tracer:
         self.constant = [native.array(v) for v in (numbers, light.pixels, density, rows, columns)]
         self.shape = [height, width, bounces]
         names = ("directions", "numbers", "pixels", "density", "rows", "columns")
-        kinds = {name: wp.array(dtype=float) for name in names}
+        kinds = {name: native.FLOATS for name in names}
         kinds |= {name: int for name in ("height", "width", "bounces", "start", "packets", "seed", "total")}
-        kinds |= {name: wp.array(dtype=float) for name in ("all", "squares", "alpha")}
+        kinds |= {name: native.FLOATS for name in ("all", "squares", "alpha")}
         self.kernel = native.build(_surface(scene, material), ("reference.h",), kinds)
 
     def run(self, directions: ndarray, start: int, packets: int, seed: int) -> tuple[ndarray, ndarray, ndarray]:

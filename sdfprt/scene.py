@@ -18,7 +18,6 @@ from dataclasses import field as default
 from pathlib import Path
 
 import numpy as np
-import warp as wp
 from jaxtyping import Float
 from numpy import ndarray
 from safetensors.numpy import save_file
@@ -325,7 +324,7 @@ class Scene:
         kernel = native.build(
             self.native,
             ("distance.h",),
-            {"points": wp.array(dtype=float), "out": wp.array(dtype=float), "step": float},
+            {"points": native.FLOATS, "out": native.FLOATS, "step": float},
         )
         native.launch(kernel, len(padded) // native.lanes(), [native.array(padded), out, step])
         return out.numpy()

@@ -32,7 +32,7 @@ def _rays(scene: Scene, piece: str, origins: ndarray, directions: ndarray, near:
     padded = native.padded(count)
     o, d = np.zeros((padded, 3), np.float32), np.ones((padded, 3), np.float32)
     o[:count], d[:count] = origins, directions
-    flat = wp.array(dtype=float)
+    flat = native.FLOATS
     kernel = native.build(
         scene.native,
         ("trace.h", piece),

@@ -4,7 +4,6 @@ import functools
 from math import factorial, pi, sqrt
 
 import numpy as np
-import warp as wp
 from jaxtyping import Float
 from numpy import ndarray
 
@@ -17,29 +16,57 @@ from sdfprt.scene import Scene
 _CHUNK = 16_384  # points a launch
 MAX_BANDS = 8
 GROUP = 4  # points an item, as SDFPRT_GROUP in kernels/packets.h
+LANES = 8  # quicker here than 16: several rays' worth of values stay in registers
+SHIFTS = 16  # orders of a point's rays, as in kernels/transfer.h
 
 
-def _norms(bands: int) -> ndarray:
-    """Factor of P_l^m in y_lm, at index l(l+1)+m for m >= 0; sqrt(2) of the real basis included."""
-    norms = np.zeros(bands * bands, np.float32)
-    for degree in range(bands):
-        for m in range(degree + 1):
-            scale = sqrt((2 * degree + 1) / (4 * pi) * factorial(degree - m) / factorial(degree + m))
-            norms[degree * (degree + 1) + m] = scale * (sqrt(2) if m else 1)
-    return norms
+@functools.cache
+def _recurrence(bands: int) -> ndarray:
+    """What kernels/transfer.h builds the basis from, three numbers at index m * bands + l, sqrt(2) of the real basis included.
+
+    y_mm of a direction along the x axis, and a, b of y_{l+1,m} = a z y_lm - b y_{l-1,m}.
+    """
+    norms = np.zeros((bands + 2, bands + 2))
+    for m in range(bands):
+        for degree in range(m, bands + 1):
+            scale = (2 * degree + 1) / (4 * pi) * factorial(degree - m) / factorial(degree + m)
+            norms[m, degree] = sqrt(scale) * (sqrt(2) if m else 1)
+    table = np.zeros((bands, bands, 3), np.float32)
+    for m in range(bands):
+        for degree in range(m, bands):
+            after = norms[m, degree + 1] / (degree - m + 1)
+            first = (-1) ** m * np.prod(np.arange(1, 2 * m, 2)) * norms[m, m]
+            before = (degree + m) * after / norms[m, degree - 1] if degree > m else 0.0
+            table[m, degree] = first, (2 * degree + 1) * after / norms[m, degree], before
+    return table
 
 
 @functools.cache
 def _order(rays: int) -> ndarray:
-    """Numbers of the R2 sequence (kernels/transfer.h) such that each packet of lanes covers a patch of directions.
+    """For each of SHIFTS shifts along u, numbers of the R2 sequence (kernels/transfer.h) in an order such that each packet of
+    lanes covers a patch of directions.
 
     Padded to whole packets with numbers that are at least `rays`, which the kernel leaves out.
     """
     number = np.arange(rays)
-    u, v = ((number + 0.5) * step % 1 for step in (0.7548776662, 0.5698402910))
-    sectors = max(round(sqrt(rays / native.LANES)), 1)
-    order = np.lexsort((u, np.floor(v * sectors)))
-    return np.concatenate([number[order], np.arange(rays, -(-rays // native.LANES) * native.LANES)]).astype(np.int32)
+    u, v = ((number + 0.5) * step for step in (0.7548776662, 0.5698402910))
+    orders = []
+    for shift in range(SHIFTS):
+        radius, turn = np.sqrt((u + (shift + 0.5) / SHIFTS) % 1), 2 * np.pi * v
+        order = _halved(np.stack([radius * np.cos(turn), radius * np.sin(turn)], axis=1), number)
+        orders.append(np.concatenate([order, np.arange(rays, -(-rays // LANES) * LANES)]))
+    return np.concatenate(orders).astype(np.int32)
+
+
+def _halved(places: Float[ndarray, "n 2"], numbers: ndarray) -> ndarray:
+    """Numbers of places such that each packet of lanes is a patch: halves by the longer side, and halves of those."""
+    packets = -(-len(numbers) // LANES)
+    if packets < 2:
+        return numbers
+    middle = packets // 2 * LANES
+    here = places[numbers]
+    along = numbers[np.argsort(here[:, np.argmax(np.ptp(here, axis=0))], kind="stable")]
+    return np.concatenate([_halved(places, along[:middle]), _halved(places, along[middle:])])
 
 
 def _neighbours(scene: Scene, points: Float[ndarray, "n 3"]) -> ndarray:
@@ -81,26 +108,26 @@ def compute_transfer(
         raise SdfprtError(f"compute_transfer: rays must be 1 or more, not {rays}")
     if not (np.isfinite(points).all() and np.isfinite(normals).all()):
         raise SdfprtError(f"{scene.file}: points or normals are not finite")
-    flat, whole = wp.array(dtype=float), wp.array(dtype=int)
+    flat, whole = native.FLOATS, native.WHOLES
     kernel = native.build(
         scene.native,
         ("trace.h", "lattice.h", "packets.h", "transfer.h"),
         {
-            "points": flat, "normals": flat, "out": flat, "box": flat, "norms": flat, "order": whole,
-            "entries": whole, "records": whole, "frame": flat,
-            "numbers": whole, "bands": int, "rays": int, "seed": int, "shadowed": int, "total": int,
-            "offset": float, "near": float, "step": float, "steps": int,
+            "points": flat, "normals": flat, "out": flat, "box": flat, "recurrence": flat, "order": whole,
+            "records": whole, "frame": flat, "numbers": whole, "bands": int, "rays": int, "seed": int, "shadowed": int,
+            "total": int, "offset": float, "near": float, "step": float, "steps": int,
         },
         fused=True,
+        lanes=LANES,
     )  # fmt: skip
     result = np.empty((len(points), bands * bands), np.float32)
-    norms = native.array(_norms(bands))
+    recurrence = native.array(_recurrence(bands))
     size = scene.diagonal
     limits = [settings.Trace.lift * size, settings.Trace.epsilon * size, scene.step]
     turns = native.array(_order(rays), int)
     by = lattice or NO_LATTICE
     box = native.array(lattice.box if lattice else scene.bounds)
-    stand_in = [native.array(by.entries, int), native.array(by.records, int), native.array(by.frame)]
+    stand_in = [native.array(by.records, int), native.array(by.frame)]
     along = _neighbours(scene, points)
     with track("transfer", len(points)) as advance:
         for first in range(0, len(points), _CHUNK):
@@ -109,7 +136,7 @@ def compute_transfer(
             out = native.zeros(count * bands * bands)
             arrays = [native.array(x[part]) for x in (points, normals)]
             numbers = native.array(start + part, int)
-            fixed = [out, box, norms, turns, *stand_in, numbers, bands, rays, seed, int(shadowed), count]
+            fixed = [out, box, recurrence, turns, *stand_in, numbers, bands, rays, seed, int(shadowed), count]
             native.launch(kernel, -(-count // GROUP), [*arrays, *fixed, *limits, settings.Trace.steps])
             result[part] = out.numpy().reshape(count, -1)
             advance(count)

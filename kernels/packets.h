@@ -4,8 +4,8 @@
 #define SDFPRT_BATCH 16
 #define SDFPRT_GROUP 4  // origins in a batch
 #else
-#define SDFPRT_BATCH 512
-#define SDFPRT_GROUP 4
+#define SDFPRT_BATCH 2048
+#define SDFPRT_GROUP 16
 #endif
 struct Packets : Simd {
     float ox[SDFPRT_BATCH], oy[SDFPRT_BATCH], oz[SDFPRT_BATCH];  // origin
@@ -139,7 +139,7 @@ struct Packets : Simd {
             M doubt = none();
             const F r = field ? Scene::distance(px, py, pz, ones()) * step : lattice.at(px, py, pz, side, doubt);
             // Where a ray has hardly left, the lattice's error would decide
-            if (!field) doubt = doubt | (lt(s, splat(2.0f * lattice.cell)) & lt(r, touch + lattice.error));
+            if (!field) doubt = doubt | (lt(s, splat(0.5f * lattice.cell)) & lt(r, touch + lattice.error));
             // Negative is met for certain. Where the balls of this step and the one before leave a gap, go back to the end
             // of the ball before; else step as far as the next ball will touch this one if the slope stays
             const M gap = lt(before + r, came);

@@ -146,7 +146,7 @@ def launch(kernel, count: int, arguments: list) -> None:
     if place != "cpu" or count < 2 * THREADS:
         wp.launch(kernel, dim=count, inputs=[*arguments, 0], device=place)
         return
-    parts = max(THREADS, min(8 * THREADS, count // 64))  # so many that no thread waits long for another's last
+    parts = max(THREADS, min(8 * THREADS, count // 16))  # so many that no thread waits long for another's last
     edges = [count * k // parts for k in range(parts + 1)]
 
     def run(k: int) -> None:

@@ -32,7 +32,7 @@ class Transfer:
 class Lattice:
     cells: int = 48  # coarse ones along the longest side of the bounds
     near: float = 7e-5  # error of interpolation that is let pass at the surface, of the scene
-    far: float = 0.15  # and this much of the distance elsewhere, farther than it is
+    far: float = 0.12  # and this much of the distance elsewhere, farther than it is
     short: float = 0.5  # nearer than it is
     few: int = 8_000_000  # rays of a bake up to which building it takes longer than it spares
     cheap: int = 12_000  # characters of a field's C++ up to which rays are quicker by the field itself

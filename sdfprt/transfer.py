@@ -15,7 +15,6 @@ from sdfprt.scene import Scene
 
 _CHUNK = 16_384  # points a launch
 MAX_BANDS = 8
-GROUP = 4  # points an item, as SDFPRT_GROUP in kernels/packets.h
 LANES = 8  # quicker here than 16: several rays' worth of values stay in registers
 SHIFTS = 16  # orders of a point's rays, as in kernels/transfer.h
 
@@ -128,6 +127,7 @@ def compute_transfer(
     by = lattice or NO_LATTICE
     box = native.array(lattice.box if lattice else scene.bounds)
     stand_in = [native.array(by.records, int), native.array(by.frame)]
+    group = 4 if native.lanes() == 1 else 16  # points an item, as SDFPRT_GROUP in kernels/packets.h
     along = _neighbours(scene, points)
     with track("transfer", len(points)) as advance:
         for first in range(0, len(points), _CHUNK):
@@ -137,7 +137,7 @@ def compute_transfer(
             arrays = [native.array(x[part]) for x in (points, normals)]
             numbers = native.array(start + part, int)
             fixed = [out, box, recurrence, turns, *stand_in, numbers, bands, rays, seed, int(shadowed), count]
-            native.launch(kernel, -(-count // GROUP), [*arrays, *fixed, *limits, settings.Trace.steps])
+            native.launch(kernel, -(-count // group), [*arrays, *fixed, *limits, settings.Trace.steps])
             result[part] = out.numpy().reshape(count, -1)
             advance(count)
     if not np.isfinite(result).all():

@@ -108,7 +108,7 @@ def measure(scene: Scene, points: int, rays: int, resolution: int, turns: int) -
     start = time.perf_counter()
     stand_in = lattice.worthwhile(scene)
     building = time.perf_counter() - start
-    agree, rmse = exactness(scene, stand_in, found, min(points, 128), 64)
+    agree, rmse = exactness(scene, stand_in, found, min(points, 512), 64)
     ways = directions(found.normals, rays).reshape(-1, 3)
     origins = np.repeat(trace.lifted(scene, found.points, found.normals), rays, 0).astype(np.float32)
     peer = embree(scene, resolution, origins, ways)

@@ -31,7 +31,7 @@ class Transfer:
 @dataclass(frozen=True)
 class Lattice:
     cells: int = 48  # coarse ones along the longest side of the bounds
-    near: float = 7e-5  # error of interpolation that is let pass at the surface, of the scene
+    near: float = 5e-5  # error of interpolation that is let pass at the surface, of the scene
     far: float = 0.12  # and this much of the distance elsewhere, farther than it is
     short: float = 0.5  # nearer than it is
     few: int = 8_000_000  # rays of a bake up to which building it takes longer than it spares

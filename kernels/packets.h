@@ -86,12 +86,13 @@ struct Packets : Simd {
             Tracer::clip(x, y, z, u, v, w, box, enter, last);
             F h = 1.5f * max(fill(start), splat(least));
             unsigned on = bits(lt(h, last) & lt(lanes(), splat(count)));
-            for (int k = 0; k < 3; k++) spill(along[k], k == 0 ? u : k == 1 ? v : w);
+            spill(along[0], u), spill(along[1], v), spill(along[2], w);
             for (int turn = 0; on && turn < 16; turn++) {
                 F side;
                 M rough = none();
-                const F at = min(h, last), px = fma(at, u, x), py = fma(at, v, y), pz = fma(at, w, z);
-                const F r = lattice.nx > 0 ? lattice.at(px, py, pz, side, rough) - lattice.error : Scene::distance(px, py, pz, ones()) * step;
+                const F at = max(min(h, last), splat(0.0f)), px = fma(at, u, x), py = fma(at, v, y), pz = fma(at, w, z);
+                const F r = lattice.nx > 0 ? lattice.at(px, py, pz, side, rough) - lattice.error
+                                           : Scene::distance(px, py, pz, ones()) * step;
                 float height[SDFPRT_LANES], radius[SDFPRT_LANES];
                 spill(height, at);
                 spill(radius, sel(rough, splat(0.0f), r));
@@ -99,10 +100,10 @@ struct Packets : Simd {
                 const unsigned more = bits(lt(at, last) & lt(0.1f * at, r));
                 for (unsigned left = on; left; left &= left - 1) {
                     const int k = lowest(left), i = (first + k) * SDFPRT_LANES;
-                    F here = fill(t + i);
-                    // None is left that gets to this ball
-                    if (!any(lt(splat(height[k] - radius[k]), here) & lt(here, fill(far + i)))) on &= ~(1u << k);
-                    else if (0.0f < radius[k]) {
+                    const F here = fill(t + i);
+                    if (!any(lt(splat(height[k] - radius[k]), here) & lt(here, fill(far + i)))) {
+                        on &= ~(1u << k);  // none is left that gets to this ball
+                    } else if (0.0f < radius[k]) {
                         const F c = fill(dx + i) * along[0][k] + fill(dy + i) * along[1][k] + fill(dz + i) * along[2][k];
                         spill(t + i, past(here, height[k], radius[k], c));
                     }
@@ -141,11 +142,11 @@ struct Packets : Simd {
             // Where a ray has hardly left, the lattice's error would decide
             if (!field) doubt = doubt | (lt(s, splat(0.5f * lattice.cell)) & lt(r, touch + lattice.error));
             // Negative is met for certain. Where the balls of this step and the one before leave a gap, go back to the end
-            // of the ball before; else step as far as the next ball will touch this one if the slope stays
+            // of the ball before; else step as far as the next ball will touch this one if the slope stays or, where it falls,
+            // just beyond where the ray would meet the surface
             const M gap = lt(before + r, came);
             const M met = (lt(r, splat(0.0f)) | (lt(r, touch) & ~gap)) & ~doubt;
-            const F bend = clamp(came - r + before, 0.2f * came, 2.0f * came);  // how much slope there was
-            const F drop = before - r;
+            const F drop = before - r, bend = clamp(came + drop, 0.2f * came, 2.0f * came);
             const M dive = lt(0.2f * came, drop);
             const F ahead = sel(lt(splat(0.0f), came), r * sel(dive, 1.3f * came, 1.8f * came) / sel(dive, drop, bend), 1.2f * r);
             const F away = sel(gap, s - came + before, min(s + ahead, max(s + r, end - touch)));

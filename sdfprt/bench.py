@@ -20,6 +20,7 @@ from sdfprt.image import atomic_write
 
 Row = dict[str, Any]
 Run = Callable[[], Any]
+_PAUSE = 0.1  # s
 _LOAD = os.getloadavg()[0]  # before the benchmark began
 _VERSIONS = ("sdfprt", "warp-lang", "torch", "numpy")
 
@@ -56,10 +57,14 @@ def seconds(run: Run) -> float:
 
 
 def in_turns(runs: Sequence[Run], turns: int) -> tuple[list[float], list[float], list[Any]]:
-    """Seconds of the first call of each, the least of `turns` later ones, made in turns, and what each returned last."""
+    """Seconds of the first call of each, the least of `turns` later ones, made in turns, and what each returned last.
+
+    Before each is a pause: threads of the one before may wait busily for a while (torch's and Mitsuba's do).
+    """
     first, later, results = [seconds(run) for run in runs], np.full((turns, len(runs)), np.inf), [None] * len(runs)
     for turn in range(turns):
         for k, run in enumerate(runs):
+            time.sleep(_PAUSE)
             start = time.perf_counter()
             results[k] = run()
             later[turn, k] = time.perf_counter() - start

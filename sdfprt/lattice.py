@@ -6,7 +6,7 @@ differs, at thin parts and creases, rays see the field itself. Values are the fi
 """
 
 from dataclasses import dataclass
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 from jaxtyping import Bool, Float, Int32
@@ -32,9 +32,13 @@ class Lattice:
     An odd distance says that the second word is instead the number of the first of the CUT^3 cells that this one is cut into,
     x fastest, or -1 where no plane is to be trusted. The coarse cells come first, x fastest, one more along each axis than fill
     the bounds: a copy, for places on the far faces.
+
+    A bit of `clear` says for one of 24 sectors of directions, an octant and the longest component, that no ray of it which is in
+    a coarse cell meets a surface any more.
     """
 
     records: Int32[ndarray, "n 2"]
+    clear: Int32[ndarray, "m"]  # of each coarse cell, bit 3 * octant + axis; octant 1 where x falls, 2 where y, 4 where z
     counts: tuple[int, int, int]  # coarse cells along x, y, z, those copies among them
     origin: tuple[float, float, float]
     cell: float  # side of a coarse cell, scene units
@@ -49,7 +53,7 @@ class Lattice:
 
 
 _NOWHERE = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-NO_LATTICE = Lattice(np.zeros((0, 2), np.int32), (0, 0, 0), (0.0, 0.0, 0.0), 1.0, 0.0, 0.0, _NOWHERE)
+NO_LATTICE = Lattice(np.zeros((0, 2), np.int32), np.zeros(0, np.int32), (0, 0, 0), (0.0, 0.0, 0.0), 1.0, 0.0, 0.0, _NOWHERE)
 
 
 def worthwhile(scene: Scene) -> Lattice | None:
@@ -87,7 +91,7 @@ def _sample(scene: Scene, cells: int) -> Lattice:
     side, count, levels = cell, 0, []
     for level in range(_LEVELS):
         last = level + 1 == _LEVELS
-        planes, wrong = _planes(scene, places, side, corners, error, not last)
+        planes, wrong, holding = _planes(scene, places, side, corners, error, not last)
         cut = np.empty(0, int) if last else _nearest(wrong, corners)
         records = _packed(planes, unit)
         records[wrong] = 1, -1
@@ -96,12 +100,35 @@ def _sample(scene: Scene, cells: int) -> Lattice:
         if level == 0:
             spread = records.reshape(*counts[::-1], 2)
             records = np.pad(spread, ((0, 1), (0, 1), (0, 1), (0, 0)), "edge").reshape(-1, 2)
-        levels.append(records)
+        levels.append((records, holding, cut))
         side /= CUT
         corners = _cells(_along(scene, places[cut], side * _inside(CUT + 1)).reshape(-1, CUT + 1, CUT + 1, CUT + 1))
         places = (places[cut, None] + side * _inside(CUT)).reshape(-1, 3)
+    for (_, holding, cut), (_, inner, _) in reversed(list(pairwise(levels))):
+        holding[cut] = inner.reshape(-1, CUT**3).any(axis=1)
+    clear = np.pad(_clear(levels[0][1].reshape(counts[::-1])), ((0, 1), (0, 1), (0, 1)), "edge").ravel()
     nx, ny, nz = (int(n) + 1 for n in counts)
-    return Lattice(np.concatenate(levels), (nx, ny, nz), _corner(low), cell, unit, error, box)
+    return Lattice(np.concatenate([records for records, *_ in levels]), clear, (nx, ny, nz), _corner(low), cell, unit, error, box)
+
+
+def _clear(solid: Bool[ndarray, "z y x"]) -> Int32[ndarray, "z y x"]:
+    """Lattice.clear of cells, some of which hold a surface or are in the solid."""
+    found = np.zeros(solid.shape, np.int32)
+    for octant, axis in product(range(8), range(3)):
+        turned = tuple(slice(None, None, -1 if octant >> k & 1 else 1) for k in (2, 1, 0))
+        layers = np.moveaxis(solid[turned], 2 - axis, 0)
+        # As a ray passes a layer it moves no farther aside than to the next cell; those it may meet from each cell of a layer on
+        met, ahead = np.empty_like(layers), np.zeros_like(layers[0])
+        for n in reversed(range(len(layers))):
+            ahead = met[n] = _aside(layers[n] | ahead)
+        found[turned] |= np.moveaxis(~met, 0, 2 - axis).astype(np.int32) << (3 * octant + axis)
+    return found
+
+
+def _aside(cells: Bool[ndarray, "n m"]) -> Bool[ndarray, "n m"]:
+    """Where a cell, or the next one along either axis or both, is set."""
+    wide = np.pad(cells, ((0, 1), (0, 1)))
+    return wide[:-1, :-1] | wide[1:, :-1] | wide[:-1, 1:] | wide[1:, 1:]
 
 
 def _corner(values: Float[ndarray, "3"]) -> tuple[float, float, float]:
@@ -140,17 +167,20 @@ def _along(scene: Scene, places: Float[ndarray, "n 3"], steps: Float[ndarray, "m
 
 def _planes(
     scene: Scene, places: ndarray, side: float, corners: ndarray, error: float, closely: bool
-) -> tuple[Float[ndarray, "n 4"], Bool[ndarray, "n"]]:
-    """The plane of each cell, and where it differs from the field by more than settings.Lattice allows, or the field is NaN.
+) -> tuple[Float[ndarray, "n 4"], Bool[ndarray, "n"], Bool[ndarray, "n"]]:
+    """The plane of each cell, where it differs from the field by more than settings.Lattice allows, or the field is NaN, and
+    which cells may hold a surface or are in the solid.
 
     Held against the corners and the middle, near the surface and `closely` at eight places more; anything will do where all of
     a cell is in the solid.
     """
     planes, wrong = np.zeros((len(places), 4), np.float32), np.asarray(np.isnan(corners).any(axis=1))
+    holding = np.ones(len(places), bool)
     outside = ~(corners.max(axis=1) < -side)
     near = outside & (np.abs(corners).min(axis=1) < side) & closely
     planes[:, 0] = -side  # in the solid
-    for where, probes in ((outside & ~near, _MIDDLE), (near, np.concatenate([_MIDDLE, _INNER]))):
+    # With the most, in sides, that a place in a cell is from the nearest place tried
+    for where, probes, gap in ((outside & ~near, _MIDDLE, 0.56), (near, np.concatenate([_MIDDLE, _INNER]), 0.44)):
         tried = np.concatenate([_SIDES, probes]).astype(np.float32)
         numbers = np.flatnonzero(where)
         for begin in range(0, len(numbers), _CHUNK):
@@ -168,7 +198,8 @@ def _planes(
             first = np.clip(0.5 * (rest.min(axis=1) + rest.max(axis=1)), least, most)
             planes[part] = np.concatenate([first[:, None], slope], axis=1)
             wrong[part] |= ~(least <= most)
-    return planes, wrong
+            holding[part] = ~(found.min(axis=1) > gap * side)
+    return planes, wrong, holding
 
 
 def _packed(planes: Float[ndarray, "n 4"], unit: float) -> Int32[ndarray, "n 2"]:

@@ -25,6 +25,8 @@ wp.config.log_level = wp.LOG_ERROR  # standard output is for results
 LANES = 16  # of a packet on the CPU, as in kernels/simd.h; arrays of rays are padded to whole packets everywhere
 FLOATS, WHOLES = wp.array(dtype=float), wp.array(dtype=int)  # kinds of arguments
 DEVICE = "SDFPRT_DEVICE"
+# Packets are vectors already: what the compiler makes of the scalar parts costs more than it spares
+_FLAGS = "-march=native -fno-vectorize -fno-slp-vectorize -mllvm=-inline-threshold=9000 -mllvm=-inline-cold-callsite-threshold=3000"
 THREADS = min(os.cpu_count() or 1, 16)
 
 
@@ -133,6 +135,7 @@ def _kernel(where: str, scene: str, pieces: tuple[str, ...], arguments: tuple, f
     exec(compile(source, path, "exec"), scope)
     scope[f"native_{key}"] = wp.func_native(text)(scope[f"native_{key}"])
     made = wp.kernel(enable_backward=False, module="unique")(scope[f"kernel_{key}"])
+    made.module.options["cpu_compiler_flags"] = _FLAGS
     made.textures = textures
     return made
 

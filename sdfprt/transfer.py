@@ -41,20 +41,22 @@ def _recurrence(bands: int) -> ndarray:
 
 
 @functools.cache
-def _order(rays: int) -> ndarray:
-    """For each of SHIFTS shifts along u, numbers of the R2 sequence (kernels/transfer.h) in an order such that each packet of
-    lanes covers a patch of directions.
+def _sequence(rays: int) -> ndarray:
+    """For each of SHIFTS shifts of u, the R2 sequence of (u, v) in an order such that each packet of lanes covers a patch of
+    directions: u, then cos(2 pi v), then sin(2 pi v) of all rays.
 
-    Padded to whole packets with numbers that are at least `rays`, which the kernel leaves out.
+    Padded to whole packets by u of -1, which the kernel leaves out.
     """
-    number = np.arange(rays)
-    u, v = ((number + 0.5) * step for step in (0.7548776662, 0.5698402910))
-    orders = []
+    number = np.arange(rays) + 0.5
+    u, turn = number * 0.7548776662 % 1, 2 * np.pi * (number * 0.5698402910 % 1)
+    rows = np.stack([u, np.cos(turn), np.sin(turn)])
+    padding = np.full((3, -rays % LANES), -1.0)
+    shifted = []
     for shift in range(SHIFTS):
-        radius, turn = np.sqrt((u + (shift + 0.5) / SHIFTS) % 1), 2 * np.pi * v
-        order = _halved(np.stack([radius * np.cos(turn), radius * np.sin(turn)], axis=1), number)
-        orders.append(np.concatenate([order, np.arange(rays, -(-rays // LANES) * LANES)]))
-    return np.concatenate(orders).astype(np.int32)
+        radius = np.sqrt((u + (shift + 0.5) / SHIFTS) % 1)
+        order = _halved(radius[:, None] * rows[1:].T, np.arange(rays))
+        shifted.append(np.concatenate([rows[:, order], padding], axis=1))
+    return np.concatenate(shifted).astype(np.float32)
 
 
 def _halved(places: Float[ndarray, "n 2"], numbers: ndarray) -> ndarray:
@@ -112,8 +114,8 @@ def compute_transfer(
         scene.native,
         ("trace.h", "lattice.h", "packets.h", "transfer.h"),
         {
-            "points": flat, "normals": flat, "out": flat, "box": flat, "recurrence": flat, "order": whole,
-            "records": whole, "frame": flat, "numbers": whole, "bands": int, "rays": int, "seed": int, "shadowed": int,
+            "points": flat, "normals": flat, "out": flat, "box": flat, "recurrence": flat, "sequence": flat,
+            "records": whole, "clear": whole, "frame": flat, "numbers": whole, "bands": int, "rays": int, "seed": int, "shadowed": int,
             "total": int, "offset": float, "near": float, "step": float, "steps": int,
         },
         fused=True,
@@ -123,10 +125,10 @@ def compute_transfer(
     recurrence = native.array(_recurrence(bands))
     size = scene.diagonal
     limits = [settings.Trace.lift * size, settings.Trace.epsilon * size, scene.step]
-    turns = native.array(_order(rays), int)
+    sequence = native.array(_sequence(rays))
     by = lattice or NO_LATTICE
     box = native.array(lattice.box if lattice else scene.bounds)
-    stand_in = [native.array(by.records, int), native.array(by.frame)]
+    stand_in = [native.array(by.records, int), native.array(by.clear, int), native.array(by.frame)]
     group = 4 if native.lanes() == 1 else 16  # points an item, as SDFPRT_GROUP in kernels/packets.h
     along = _neighbours(scene, points)
     with track("transfer", len(points)) as advance:
@@ -136,7 +138,7 @@ def compute_transfer(
             out = native.zeros(count * bands * bands)
             arrays = [native.array(x[part]) for x in (points, normals)]
             numbers = native.array(start + part, int)
-            fixed = [out, box, recurrence, turns, *stand_in, numbers, bands, rays, seed, int(shadowed), count]
+            fixed = [out, box, recurrence, sequence, *stand_in, numbers, bands, rays, seed, int(shadowed), count]
             native.launch(kernel, -(-count // group), [*arrays, *fixed, *limits, settings.Trace.steps])
             result[part] = out.numpy().reshape(count, -1)
             advance(count)

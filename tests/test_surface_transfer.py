@@ -151,8 +151,8 @@ def test_wrong_arguments_are_refused(scene: Scene):
         ),
         (
             ("trace.h", "lattice.h", "packets.h", "transfer.h"),
-            "points normals out box recurrence frame",
-            dict.fromkeys(("order", "records", "numbers"), wp.array(dtype=int))
+            "points normals out box recurrence sequence frame",
+            dict.fromkeys(("records", "clear", "numbers"), wp.array(dtype=int))
             | dict.fromkeys(("bands", "rays", "seed", "shadowed", "total"), int)
             | {"offset": float, "near": float, "step": float, "steps": int},
         ),

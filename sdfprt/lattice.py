@@ -174,7 +174,7 @@ def _planes(
     Held against the corners and the middle, near the surface and `closely` at eight places more; anything will do where all of
     a cell is in the solid.
     """
-    planes, wrong = np.zeros((len(places), 4), np.float32), np.asarray(np.isnan(corners).any(axis=1))
+    planes, wrong = np.zeros((len(places), 4), np.float32), np.asarray(~np.isfinite(corners).all(axis=1))
     holding = np.ones(len(places), bool)
     outside = ~(corners.max(axis=1) < -side)
     near = outside & (np.abs(corners).min(axis=1) < side) & closely

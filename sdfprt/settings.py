@@ -35,7 +35,7 @@ class Lattice:
     far: float = 0.12  # and this much of the distance elsewhere, farther than it is
     short: float = 0.5  # nearer than it is
     few: int = 8_000_000  # rays of a bake up to which building it takes longer than it spares
-    cheap: int = 12_000  # characters of a field's C++ up to which rays are quicker by the field itself
+    cheap: int = 9_000  # characters of a field's C++ up to which rays are quicker by the field itself
 
 
 @dataclass(frozen=True)

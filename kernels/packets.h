@@ -144,7 +144,6 @@ struct Packets : Simd {
     // March the rays of a list, by the field or by what stands in for it, until they meet the surface, leave the bounds or are
     // for the other list: for the askers where only the field holds, for the readers where the lattice does again
     inline CUDA_CALLABLE void march(bool field, int* list, int& count, int* others, int& waiting, float step, int steps) {
-        const int FEW = SDFPRT_LANES - 1;
         Lanes at;
         int next = 0;
         unsigned on = 0;  // lanes with a ray
@@ -155,76 +154,61 @@ struct Packets : Simd {
             next += next < count;
         }
         while (on) {
-            // Most of the lanes go on before those that have ended take other rays: what is written one by one is slow to read
-            const F u = fill(at.u), v = fill(at.v), w = fill(at.w), end = fill(at.end), touch = fill(at.touch);
-            F s = fill(at.s), before = fill(at.before), came = fill(at.came);
-            I turns = fill(at.spent);
-            M live = from_bits(on), blocked = none(), leaving = none();
-            unsigned left;
-            do {
-                const F px = fma(u, s, fill(at.x)), py = fma(v, s, fill(at.y)), pz = fma(w, s, fill(at.z));
-                F r, slope, side = splat(0.0f);
-                M doubt = none(), escapes = none();
-                if (field) {
-                    r = ask(px, py, pz, step);
-                    slope = sel(lt(splat(0.0f), came), (r - before) / max(came, splat(1e-9f)), splat(-0.15f));
-                } else {
-                    const Lattice::Reading found = lattice.at(px, py, pz);
-                    r = found.distance;
-                    slope = found.x * u + found.y * v + found.z * w;
-                    side = found.side;
-                    escapes = ~eq(found.clear & fill(at.sector), splat(0));
-                    // Where a ray has hardly left, the lattice's error would decide
-                    doubt = found.rough | (lt(s, splat(0.5f)) & lt(r, touch + lattice.error));
-                }
-                // Negative is met for certain. Where the balls of this step and the one before leave a gap, go back to the end
-                // of the ball before; else step as far as the next ball will touch this one if the slope stays or, where it
-                // falls, just beyond where the ray would meet the surface
-                const M gap = lt(before + r, came);
-                const M met = (lt(r, splat(0.0f)) | (lt(r, touch) & ~gap)) & ~doubt;
-                const M dive = lt(slope, splat(-0.2f));
-                const F ahead = r * sel(dive, splat(1.3f), splat(1.8f)) / sel(dive, -slope, 1.0f - min(slope, splat(0.8f)));
-                const F away = sel(gap, s - came + before, min(s + ahead, max(s + r, end - touch)));
-                // A chord through the surface shorter than a leap stays within the lattice's error of it
-                const F leap = 0.125f * side;
-                const M creeps = field ? none() : lt(away - s, leap) & ~gap;
-                const F place = sel(creeps, s + leap, away);
-
-                // What becomes of them; so many evaluations: it grazes
-                const M out = (escapes & ~(gap | doubt)) | ~(lt(place, end) | doubt | met);  // or is no number
-                turns += 1;
-                const M lost = le(splat(steps), turns) & ~out;
-                M turn = doubt;
-                if (field) turn = lattice.nx > 0 ? le(splat(3.0f * lattice.error), r) & ~gap : none();
-                const M moves = live & ~(met | out | doubt), stops = met | lost;
-                came = sel(moves, sel(gap | creeps, splat(0.0f), place - s), came);
-                before = sel(moves, sel(gap | creeps, splat(0.0f), r), before);
-                s = sel(moves, place, s);
-                blocked |= live & stops;
-                leaving |= live & turn & ~(out | stops);
-                live &= ~(stops | out | turn);
-                left = bits(live);
-                // An evaluation for a few lanes can wait until more rays ask for one
-            } while (next < count ? ones_of(left) > FEW : left && !(field && waiting > 0 && ones_of(left) < FEW));
-            spill(at.came, came);
-            spill(at.before, before);
-            spill(at.s, s);
+            const F s = fill(at.s), before = fill(at.before), came = fill(at.came), end = fill(at.end), touch = fill(at.touch);
+            const F u = fill(at.u), v = fill(at.v), w = fill(at.w);
+            const F px = fma(u, s, fill(at.x)), py = fma(v, s, fill(at.y)), pz = fma(w, s, fill(at.z));
+            const I turns = fill(at.spent) + 1;
+            F r, slope, side = splat(0.0f);
+            M doubt = none(), escapes = none();
+            if (field) {
+                r = ask(px, py, pz, step);
+                slope = sel(lt(splat(0.0f), came), (r - before) / max(came, splat(1e-9f)), splat(-0.15f));
+            } else {
+                const Lattice::Reading found = lattice.at(px, py, pz);
+                r = found.distance;
+                slope = found.x * u + found.y * v + found.z * w;
+                side = found.side;
+                escapes = ~eq(found.clear & fill(at.sector), splat(0));
+                // Where a ray has hardly left, the lattice's error would decide
+                doubt = found.rough | (lt(s, splat(0.5f)) & lt(r, touch + lattice.error));
+            }
+            // Negative is met for certain. Where the balls of this step and the one before leave a gap, go back to the end of the
+            // ball before; else step as far as the next ball will touch this one if the slope stays or, where it falls, just
+            // beyond where the ray would meet the surface
+            const M gap = lt(before + r, came);
+            const M met = (lt(r, splat(0.0f)) | (lt(r, touch) & ~gap)) & ~doubt;
+            const M dive = lt(slope, splat(-0.2f));
+            const F ahead = r * sel(dive, splat(1.3f), splat(1.8f)) / sel(dive, -slope, 1.0f - min(slope, splat(0.8f)));
+            const F away = sel(gap, s - came + before, min(s + ahead, max(s + r, end - touch)));
+            // A chord through the surface shorter than a leap stays within the lattice's error of it
+            const F leap = 0.125f * side;
+            const M creeps = field ? none() : lt(away - s, leap) & ~gap;
+            const F place = sel(creeps, s + leap, away);
+            spill(at.came, sel(doubt, came, sel(gap | creeps, splat(0.0f), place - s)));
+            spill(at.before, sel(doubt, before, sel(gap | creeps, splat(0.0f), r)));
+            spill(at.s, sel(doubt, s, place));
             spill(at.spent, turns);
 
-            const unsigned hits = bits(blocked), goes = bits(leaving);
-            for (unsigned ended = on & ~left; ended; ended &= ended - 1) {
+            // What becomes of them; so many evaluations: it grazes
+            const M out = (escapes & ~(gap | doubt)) | ~(lt(place, end) | doubt | met);  // or is no number
+            const M lost = le(splat(steps), turns) & ~out;
+            M turn = doubt;
+            if (field) turn = lattice.nx > 0 ? le(splat(3.0f * lattice.error), r) & ~gap : none();
+            const unsigned blocked = bits(met | lost), leaving = bits(turn & ~out) & ~blocked;
+            for (unsigned ended = on & (blocked | leaving | bits(out)); ended; ended &= ended - 1) {
                 const int k = lowest(ended);
                 const int i = leave(at, k);
-                if (hits >> k & 1) free[i] = 0.0f;
+                if (blocked >> k & 1) free[i] = 0.0f;
                 others[waiting] = i;
-                waiting += goes >> k & 1;
+                waiting += leaving >> k & 1;
                 if (next < count) enter(at, k, list[next++]);
                 else {
                     on &= ~(1u << k);
                     rest(at, k);
                 }
             }
-            if (field && next == count && waiting > 0 && ones_of(on) < FEW) break;
+            // An evaluation for a few lanes can wait until more rays ask for one
+            if (field && next == count && waiting > 0 && ones_of(on) < SDFPRT_LANES / 2) break;
         }
         count = 0;
         for (; on; on &= on - 1) list[count++] = leave(at, lowest(on));

@@ -34,7 +34,6 @@ struct Simd {
     static inline CUDA_CALLABLE I lanes() { return 0; }
     static inline CUDA_CALLABLE bool any(M m) { return m != 0; }
     static inline CUDA_CALLABLE unsigned bits(M m) { return m & 1; }  // a bit a lane
-    static inline CUDA_CALLABLE M from_bits(unsigned b) { return -(int)(b & 1); }
     static inline CUDA_CALLABLE int lowest(unsigned) { return 0; }    // number of the lowest bit that is set
     static inline CUDA_CALLABLE int ones_of(unsigned b) { return (int)b; }
     static inline CUDA_CALLABLE F sel(M m, F a, F b) { return m ? a : b; }
@@ -83,7 +82,6 @@ struct Simd {
     }
     static inline bool any(M m) { return bits(m) != 0; }
     static inline unsigned bits(M m) { return __builtin_bit_cast(Bits, __builtin_convertvector(m, B)); }
-    static inline M from_bits(unsigned b) { return ~eq(splat((int)b) >> lanes() & 1, splat(0)); }
     static inline int lowest(unsigned bits) { return __builtin_ctz(bits); }
     static inline int ones_of(unsigned bits) { return __builtin_popcount(bits); }
     static inline F sel(M m, F a, F b) { return m ? a : b; }

@@ -40,7 +40,6 @@ struct Lattice : Simd {
 
     struct Reading {
         F distance, x, y, z;  // by the plane, and its change along the axes
-        F side;               // of the cell
         I clear;              // sectors in which `escape` holds
         M rough;              // where the plane does not
     };
@@ -53,18 +52,16 @@ struct Lattice : Simd {
 
         // An odd first word: the 64 finer cells, z slowest, begin at the record that the second tells, -1 where none hold
         const I i = to_I(16.0f * u), j = to_I(16.0f * v), k = to_I(16.0f * w);
-        F parts = splat(1.0f), side = splat(1.0f);
+        F parts = splat(1.0f);
         for (int shift = 2; shift >= 0; shift -= 2) {
             const M cut = eq(low & 1, splat(1)) & le(splat(0), high);
             if (!any(cut)) break;
             const I inner = ((k >> shift & 3) << 4) + ((j >> shift & 3) << 2) + (i >> shift & 3);
             place = sel(cut, high + inner, place);
             parts = sel(cut, 4.0f * parts, parts);
-            side = sel(cut, 0.25f * side, side);
             gather_pairs(record, place, low, high);
         }
         found.rough = eq(low & 1, splat(1));
-        found.side = side;
         const F a = part(parts * u), b = part(parts * v), c = part(parts * w), scale = parts * unit;
         found.x = to_F(low >> 16), found.y = to_F((high << 16) >> 16), found.z = to_F(high >> 16);
         found.distance = (to_F((low << 16) >> 16) + found.x * a + (found.y * b + found.z * c)) * unit;

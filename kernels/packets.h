@@ -158,7 +158,7 @@ struct Packets : Simd {
             const F u = fill(at.u), v = fill(at.v), w = fill(at.w);
             const F px = fma(u, s, fill(at.x)), py = fma(v, s, fill(at.y)), pz = fma(w, s, fill(at.z));
             const I turns = fill(at.spent) + 1;
-            F r, slope, side = splat(0.0f);
+            F r, slope;
             M doubt = none(), escapes = none();
             if (field) {
                 r = ask(px, py, pz, step);
@@ -167,10 +167,10 @@ struct Packets : Simd {
                 const Lattice::Reading found = lattice.at(px, py, pz);
                 r = found.distance;
                 slope = found.x * u + found.y * v + found.z * w;
-                side = found.side;
                 escapes = ~eq(found.clear & fill(at.sector), splat(0));
                 // Where a ray has hardly left, the lattice's error would decide
-                doubt = found.rough | (lt(s, splat(0.5f)) & lt(r, touch + lattice.error));
+                const M close = lt(splat(-2.0f * lattice.error), r) & lt(r, touch + lattice.error);
+                doubt = found.rough | (lt(s, splat(0.5f)) & close);
             }
             // Negative is met for certain. Where the balls of this step and the one before leave a gap, go back to the end of the
             // ball before; else step as far as the next ball will touch this one if the slope stays or, where it falls, just
@@ -179,13 +179,9 @@ struct Packets : Simd {
             const M met = (lt(r, splat(0.0f)) | (lt(r, touch) & ~gap)) & ~doubt;
             const M dive = lt(slope, splat(-0.2f));
             const F ahead = r * sel(dive, splat(1.3f), splat(1.8f)) / sel(dive, -slope, 1.0f - min(slope, splat(0.8f)));
-            const F away = sel(gap, s - came + before, min(s + ahead, max(s + r, end - touch)));
-            // A chord through the surface shorter than a leap stays within the lattice's error of it
-            const F leap = 0.125f * side;
-            const M creeps = field ? none() : lt(away - s, leap) & ~gap;
-            const F place = sel(creeps, s + leap, away);
-            spill(at.came, sel(doubt, came, sel(gap | creeps, splat(0.0f), place - s)));
-            spill(at.before, sel(doubt, before, sel(gap | creeps, splat(0.0f), r)));
+            const F place = sel(gap, s - came + before, min(s + ahead, max(s + r, end - touch)));
+            spill(at.came, sel(doubt, came, sel(gap, splat(0.0f), place - s)));
+            spill(at.before, sel(doubt, before, sel(gap, splat(0.0f), r)));
             spill(at.s, sel(doubt, s, place));
             spill(at.spent, turns);
 

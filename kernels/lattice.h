@@ -43,7 +43,7 @@ struct Lattice : Simd {
         I clear;              // sectors in which `escape` holds
         M rough;              // where the plane does not
     };
-    inline CUDA_CALLABLE Reading at(F u, F v, F w) const {
+    __attribute__((always_inline)) inline CUDA_CALLABLE Reading at(F u, F v, F w) const {
         I place = coarse(u, v, w);
         I low, high;
         gather_pairs(record, place, low, high);

@@ -115,8 +115,8 @@ def compute_transfer(
         ("trace.h", "lattice.h", "packets.h", "transfer.h"),
         {
             "points": flat, "normals": flat, "out": flat, "box": flat, "recurrence": flat, "sequence": flat,
-            "records": whole, "clear": whole, "frame": flat, "numbers": whole, "bands": int, "rays": int, "seed": int, "shadowed": int,
-            "total": int, "offset": float, "near": float, "step": float, "steps": int,
+            "records": whole, "clear": whole, "frame": flat, "numbers": whole, "bands": int, "rays": int, "seed": int,
+            "shadowed": int, "total": int, "offset": float, "near": float, "step": float, "steps": int,
         },
         fused=True,
         lanes=LANES,

@@ -84,6 +84,21 @@ def test_rays_see_by_it_what_they_see_by_the_field(scene: Scene, built: Lattice)
     assert np.mean(one[0] == one[1]) > 0.997
 
 
+def test_where_a_sector_is_clear_no_ray_of_it_meets_a_surface(scene: Scene, built: Lattice):
+    rng = np.random.default_rng(0)
+    points, ways = rng.uniform(-1, 1, (3000, 3)), rng.normal(size=(3000, 3))
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    nx, ny, _ = built.counts
+    x, y, z = np.floor((points - np.asarray(built.origin)) / built.cell).astype(int).T
+    octant, axis = (ways < 0) @ (1, 2, 4), np.abs(ways).argmax(axis=1)
+    clear = built.clear[(z * ny + y) * nx + x] >> (3 * octant + axis) & 1 == 1
+    along = points[:, None] + np.linspace(0, 3.5, 700)[:, None] * ways[:, None]
+    inside = (np.abs(along) < 1).all(axis=2)
+    meets = ((scene.distance(along.reshape(-1, 3).astype(np.float32)).reshape(inside.shape) < 0) & inside).any(axis=1)
+    assert not (clear & meets).any()
+    assert clear.sum() > 0.4 * (~meets).sum()
+
+
 def test_a_field_that_is_nan_somewhere_is_asked_itself_there():
     scene = Scene(glsl="float sdf(vec3 p) { return p.x > 0.8 ? log(0.5 - p.x) : length(p) - 0.4; }")
     points = np.array([[0.9, 0.1, 0.0], [0.4, 0.0, 0.0]], np.float32)

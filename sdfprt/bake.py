@@ -70,10 +70,10 @@ def bake(
     """The asset of a scene: shipped, from the cache, or made now, resuming what an earlier call left unfinished.
 
     `target_psnr`, dB of transfer at held-out points and of pictures from held-out views, finds the smallest of SIZES and
-    ENCODINGS that reaches it in both, in place of `width` and `layers`; `info["curve"]` holds what each reached. `preview` is
-    a rough network in seconds. `fresh` makes one even where weights ship with the scene or lie in the cache. `cluster`, a Dask
-    scheduler's address, has its workers trace the rays; the asset is the same to the bit. Raises SdfprtError where the scene
-    has no surface or its distance is NaN.
+    ENCODINGS that reaches it in both, in place of `width` and `layers`; `info["curve"]` holds what each reached, and
+    `info["target_reached"]` whether one did; if not, the nearest comes back. `preview` is a rough network in seconds. `fresh`
+    makes one even where weights ship with the scene or lie in the cache. `cluster`, a Dask scheduler's address, has its workers
+    trace the rays; the asset is the same to the bit. Raises SdfprtError where the scene has no surface or its distance is NaN.
     """
     resolution = settings.Surface.resolution
     if preview:
@@ -124,9 +124,9 @@ def bake(
 
     tried = _search(fitted, target_psnr) if target_psnr else [fitted(Size(width, layers), None)]
     about: dict[str, Any] = {"points": points, "rays": rays}
-    if target_psnr:
-        about |= {"curve": [each.row for each in tried], "target_psnr": target_psnr}
     good = [each for each in tried if each.least >= (target_psnr or 0)]
+    if target_psnr:
+        about |= {"curve": [each.row for each in tried], "target_psnr": target_psnr, "target_reached": bool(good)}
     best = min(good, key=lambda each: each.weights) if good else max(tried, key=lambda each: each.least)
     asset = Asset(replace(best.net, info=best.net.info | about), scene.hash, str(final))
     final.parent.mkdir(parents=True, exist_ok=True)

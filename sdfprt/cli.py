@@ -250,6 +250,8 @@ def bake(
     if output is not None:
         asset.save(output)
     info, seconds = asset.info, time.perf_counter() - start
+    if not info.get("target_reached", True):
+        print(f"sdfprt: {scene}: no size of network reached {target_psnr:g} dB; the nearest to it is kept", file=sys.stderr)
     if as_json:
         print(json.dumps({"scene": scene, "asset": str(output or asset.path), **info, "seconds": seconds}, indent=2))
         return

@@ -123,6 +123,7 @@ def test_a_target_finds_the_smallest_network(small):
         point["width"] == curve[first]["width"] and point["weights"] < curve[first]["weights"] for point in curve[first + 1 :]
     )
     assert len(curve) > first + 1
+    assert asset.info["target_reached"]
     assert asset.net.info["validation_psnr"] >= 20
     weights = sum(w.size + b.size for w, b in asset.net.weights)
     assert weights == min(point["weights"] for point, good in zip(curve, reached, strict=True) if good)
@@ -150,6 +151,15 @@ def test_views_can_ask_for_more_than_points(small, monkeypatch):
     monkeypatch.setattr(bake, "_view_psnr", lambda net, views: 10.0 if len(net.weights) < 4 else 30.0)
     asset = sdfprt.bake(small, **SMALL, target_psnr=15.0)
     assert [(point["layers"], point["view_psnr"]) for point in asset.info["curve"][:3]] == [(3, 10.0), (3, 10.0), (4, 30.0)]
+    assert len(asset.net.weights) == 4
+
+
+def test_a_target_that_no_size_reaches_is_told(small, monkeypatch):
+    monkeypatch.setattr(bake, "SIZES", (bake.Size(16, 3), bake.Size(16, 4)))
+    monkeypatch.setattr(bake, "_view_psnr", lambda net, views: 10.0 + len(net.weights))
+    asset = sdfprt.bake(small, **SMALL, target_psnr=15.0)
+    assert not asset.info["target_reached"]
+    assert [point["layers"] for point in asset.info["curve"]] == [3, 4]
     assert len(asset.net.weights) == 4
 
 

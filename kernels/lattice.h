@@ -3,7 +3,7 @@
 // corner; where there is no lattice, in scene units.
 struct Lattice : Simd {
     const int* record;             // see Lattice of sdfprt/lattice.py
-    const int* clear;
+    const int* clear;              // the same
     int nx, ny;                    // coarse cells along x and y, 0 where there is no lattice
     float ox, oy, oz, cell, unit;  // first corner and side of a coarse cell in scene units, distance of one integer
     float error;                   // of a distance near the surface

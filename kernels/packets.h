@@ -143,7 +143,8 @@ struct Packets : Simd {
 
     // March the rays of a list, by the field or by what stands in for it, until they meet the surface, leave the bounds or are
     // for the other list: for the askers where only the field holds, for the readers where the lattice does again
-    __attribute__((always_inline)) inline CUDA_CALLABLE void march(bool field, int* list, int& count, int* others, int& waiting, float step, int steps) {
+    __attribute__((always_inline)) inline CUDA_CALLABLE void march(bool field, int* list, int& count, int* others,
+                                                                   int& waiting, float step, int steps) {
         Lanes at;
         int next = 0;
         unsigned on = 0;  // lanes with a ray

@@ -97,18 +97,21 @@ def _sample(scene: Scene, cells: int) -> Lattice:
         records[wrong] = 1, -1
         count += int(np.prod(counts + 1)) if level == 0 else len(records)
         records[cut, 1] = count + CUT**3 * np.arange(len(cut))
-        if level == 0:
-            spread = records.reshape(*counts[::-1], 2)
-            records = np.pad(spread, ((0, 1), (0, 1), (0, 1), (0, 0)), "edge").reshape(-1, 2)
-        levels.append((records, holding, cut))
+        levels.append((_bordered(records, counts) if level == 0 else records, holding, cut))
         side /= CUT
         corners = _cells(_along(scene, places[cut], side * _inside(CUT + 1)).reshape(-1, CUT + 1, CUT + 1, CUT + 1))
         places = (places[cut, None] + side * _inside(CUT)).reshape(-1, 3)
     for (_, holding, cut), (_, inner, _) in reversed(list(pairwise(levels))):
         holding[cut] = inner.reshape(-1, CUT**3).any(axis=1)
-    clear = np.pad(_clear(levels[0][1].reshape(counts[::-1])), ((0, 1), (0, 1), (0, 1)), "edge").ravel()
+    clear = _bordered(_clear(levels[0][1].reshape(counts[::-1])).ravel(), counts)
     nx, ny, nz = (int(n) + 1 for n in counts)
     return Lattice(np.concatenate([records for records, *_ in levels]), clear, (nx, ny, nz), _corner(low), cell, unit, error, box)
+
+
+def _bordered(cells: ndarray, counts: ndarray) -> ndarray:
+    """Values of the coarse cells, with a copy of the last ones along each axis."""
+    spread = cells.reshape(*counts[::-1], *cells.shape[1:])
+    return np.pad(spread, [(0, 1)] * 3 + [(0, 0)] * (cells.ndim - 1), "edge").reshape(-1, *cells.shape[1:])
 
 
 def _clear(solid: Bool[ndarray, "z y x"]) -> Int32[ndarray, "z y x"]:

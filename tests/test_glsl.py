@@ -14,7 +14,7 @@ from sdfprt.scene import Scene
 
 CORPUS = sorted((Path(__file__).parent / "glsl").glob("*.glsl"))
 POINTS = 1024  # a file, a program; a multiple of the lanes
-PROGRAMS, PARTS = 100, 4
+PROGRAMS, PARTS = 200, 8
 
 
 def agreement(ours: np.ndarray, theirs: np.ndarray) -> float:

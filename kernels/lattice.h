@@ -38,36 +38,80 @@ struct Lattice : Simd {
         return ~eq(gather(clear, coarse(u, v, w)) & sector, splat(0));
     }
 
-    struct Reading {
-        F distance, x, y, z;  // by the plane, and its change along the axes
-        I clear;              // sectors in which `escape` holds
-        M rough;              // where the plane does not
+    // The cell that holds a place, found level by level: rays in between do not wait for memory
+    struct Cell {
+        F u, v, w;         // the place
+        I low, high;       // the record
+        I clear;           // sectors in which `escape` holds
+        I next;            // the record of the finer cell, if there is one
+        F parts;           // of a coarse cell's side
     };
-    __attribute__((always_inline)) inline CUDA_CALLABLE Reading at(F u, F v, F w) const {
-        I place = coarse(u, v, w);
-        I low, high;
-        gather_pairs(record, place, low, high);
-        Reading found;
-        found.clear = gather(clear, place);
-
-        // An odd first word: the 64 finer cells, z slowest, begin at the record that the second tells, -1 where none hold
-        const I i = to_I(16.0f * u), j = to_I(16.0f * v), k = to_I(16.0f * w);
-        F parts = splat(1.0f);
-        for (int shift = 2; shift >= 0; shift -= 2) {
-            const M cut = eq(low & 1, splat(1)) & le(splat(0), high);
-            if (!any(cut)) break;
-            const I inner = ((k >> shift & 3) << 4) + ((j >> shift & 3) << 2) + (i >> shift & 3);
-            place = sel(cut, high + inner, place);
-            parts = sel(cut, 4.0f * parts, parts);
-            gather_pairs(record, place, low, high);
-        }
-        found.rough = eq(low & 1, splat(1));
-        const F a = part(parts * u), b = part(parts * v), c = part(parts * w), scale = parts * unit;
-        found.x = to_F(low >> 16), found.y = to_F((high << 16) >> 16), found.z = to_F(high >> 16);
-        found.distance = (to_F((low << 16) >> 16) + found.x * a + (found.y * b + found.z * c)) * unit;
-        found.x *= scale, found.y *= scale, found.z *= scale;
-        return found;
+    inline CUDA_CALLABLE Cell find(F u, F v, F w) const {
+        Cell cell;
+        cell.u = u, cell.v = v, cell.w = w;
+        const I place = coarse(u, v, w);
+        gather_pairs(record, place, cell.low, cell.high);
+        cell.clear = gather(clear, place);
+        cell.parts = splat(1.0f);
+        fetch(cell, 2);
+        return cell;
     }
 
+    // One level further; `shift` is 2 at the first, 0 at the second
+    inline CUDA_CALLABLE void refine(Cell& cell, int shift) const {
+        const M is_cut = cut(cell);
+        if (!any(is_cut)) return;
+        I low, high;
+        gather_pairs(record, cell.next, low, high);
+        cell.low = sel(is_cut, low, cell.low);
+        cell.high = sel(is_cut, high, cell.high);
+        cell.parts = sel(is_cut, 4.0f * cell.parts, cell.parts);
+        if (shift > 0) fetch(cell, shift - 2);
+    }
+
+    // An odd first word: the 64 finer cells, z slowest, begin at the record that the second tells, -1 where none hold
+    static inline CUDA_CALLABLE M cut(const Cell& cell) { return eq(cell.low & 1, splat(1)) & le(splat(0), cell.high); }
+
+    // Asks for the memory of the finer cell
+    inline CUDA_CALLABLE void fetch(Cell& cell, int shift) const {
+        const I i = to_I(16.0f * cell.u), j = to_I(16.0f * cell.v), k = to_I(16.0f * cell.w);
+        const I inner = ((k >> shift & 3) << 4) + ((j >> shift & 3) << 2) + (i >> shift & 3);
+        cell.next = sel(cut(cell), cell.high + inner, splat(0));
+#if SDFPRT_LANES > 1
+        int at[SDFPRT_LANES];
+        spill(at, cell.next);
+        for (int n = 0; n < SDFPRT_LANES; n++) __builtin_prefetch(record + 2ull * at[n]);
+#endif
+    }
+
+    struct Reading {
+        F distance, x, y, z;  // by the plane, and its change along the axes
+        M rough;              // where the plane does not hold
+        F a, b, c;            // the place in the cell, in sides of it
+    };
+    inline CUDA_CALLABLE Reading read(const Cell& cell) const {
+        Reading found;
+        found.rough = eq(cell.low & 1, splat(1));
+        found.a = part(cell.parts * cell.u), found.b = part(cell.parts * cell.v), found.c = part(cell.parts * cell.w);
+        const F x = to_F(cell.low >> 16), y = to_F((cell.high << 16) >> 16), z = to_F(cell.high >> 16);
+        found.distance = (to_F((cell.low << 16) >> 16) + x * found.a + (y * found.b + z * found.c)) * unit;
+        const F scale = cell.parts * unit;
+        found.x = x * scale, found.y = y * scale, found.z = z * scale;
+        return found;
+    }
     static inline CUDA_CALLABLE F part(F a) { return a - trunc(a); }
+
+    // How far a ray from the place is in the cell, in sides of it
+    static inline CUDA_CALLABLE F ahead(const Reading& from, F u, F v, F w) {
+        const F x = 1.0f / u, y = 1.0f / v, z = 1.0f / w;
+        const F a = max((1.0f - from.a) * x, -from.a * x), b = max((1.0f - from.b) * y, -from.b * y);
+        return min(min(a, b), max((1.0f - from.c) * z, -from.c * z));
+    }
+
+    inline CUDA_CALLABLE Reading at(F u, F v, F w) const {
+        Cell cell = find(u, v, w);
+        refine(cell, 2);
+        refine(cell, 0);
+        return read(cell);
+    }
 };

@@ -1,13 +1,12 @@
-// Visibility of a batch of rays, by the field or, where that holds, by the lattice that stands in for it. A lane whose ray has
-// ended takes the next one, so that few lanes are idle. Lengths and places are the lattice's.
+// Visibility of a batch of rays, by the field or, where that holds, by the lattice that stands in for it. All the rays move on by
+// one step, and those that have not ended move on again. Lengths and places are the lattice's.
 #if SDFPRT_LANES == 1
-#define SDFPRT_BATCH 16
 #define SDFPRT_GROUP 4  // origins in a batch
 #else
-#define SDFPRT_BATCH 2048
 #define SDFPRT_GROUP 16
 #endif
 #define SDFPRT_SHARE (SDFPRT_BATCH / SDFPRT_GROUP)
+#define SDFPRT_CHUNK 16  // packets whose cells are looked for together
 
 // Empty balls about places of one line, `radius` the step times the field there
 struct Balls : Simd {
@@ -40,40 +39,11 @@ struct Packets : Simd {
     float dx[SDFPRT_BATCH], dy[SDFPRT_BATCH], dz[SDFPRT_BATCH];  // unit direction
     float t[SDFPRT_BATCH], far[SDFPRT_BATCH];                    // as far as it is known to be free, where it leaves the bounds
     float free[SDFPRT_BATCH];                                    // 1 where it leaves them, 0 where it meets the surface
-    int spent[SDFPRT_BATCH];                                     // evaluations and readings
-    int sector[SDFPRT_BATCH];                                    // of the direction, as in Lattice
-    int readers[SDFPRT_BATCH], askers[SDFPRT_BATCH];             // rays under way: by the lattice, by the field
-    int reading, asking;                                         // how many
+    float cosine[SDFPRT_BATCH];                                  // to the middle of its packet
+    Front readers, askers;                                       // under way: by the lattice, by the field
+    int blocked[SDFPRT_ROOM], blocked_count;                     // those that have met the surface
+    int turns;                                                   // left until rays that are still under way count as met
     Lattice lattice;
-
-    // Rays side by side, one a lane
-    struct Lanes {
-        int ray[SDFPRT_LANES], spent[SDFPRT_LANES], sector[SDFPRT_LANES];
-        float x[SDFPRT_LANES], y[SDFPRT_LANES], z[SDFPRT_LANES], u[SDFPRT_LANES], v[SDFPRT_LANES], w[SDFPRT_LANES];
-        float end[SDFPRT_LANES], touch[SDFPRT_LANES], s[SDFPRT_LANES], before[SDFPRT_LANES], came[SDFPRT_LANES];
-    };
-    inline CUDA_CALLABLE void enter(Lanes& lanes, int k, int i) const {
-        const int g = i / SDFPRT_SHARE;
-        lanes.ray[k] = i;
-        lanes.x[k] = ox[g];
-        lanes.y[k] = oy[g];
-        lanes.z[k] = oz[g];
-        lanes.touch[k] = reach[g];
-        lanes.u[k] = dx[i];
-        lanes.v[k] = dy[i];
-        lanes.w[k] = dz[i];
-        lanes.end[k] = far[i];
-        lanes.s[k] = t[i];
-        lanes.before[k] = lanes.came[k] = 0.0f;
-        lanes.spent[k] = spent[i];
-        lanes.sector[k] = sector[i];
-    }
-    inline CUDA_CALLABLE int leave(const Lanes& lanes, int k) {
-        const int i = lanes.ray[k];
-        t[i] = lanes.s[k] - lanes.came[k] + lanes.before[k];
-        spent[i] = lanes.spent[k];
-        return i;
-    }
 
     // The field, times its step
     inline CUDA_CALLABLE F ask(F x, F y, F z, float step) const {
@@ -81,13 +51,32 @@ struct Packets : Simd {
         return Scene::distance(x * cell + lattice.ox, y * cell + lattice.oy, z * cell + lattice.oz, ones()) * (step / cell);
     }
 
-    // A lane without a ray stays where one began: places lie in the lattice
-    static inline CUDA_CALLABLE void rest(Lanes& lanes, int k) { lanes.u[k] = lanes.v[k] = lanes.w[k] = 0.0f; }
+    // Balls about places near the surface, by the lattice where it holds in all of them and gives `least` or more
+    inline CUDA_CALLABLE F around(F x, F y, F z, float least, float step) const {
+        if (lattice.nx > 0) {
+            const Lattice::Reading found = lattice.at(x, y, z);
+            const F r = found.distance - lattice.error;
+            if (!any(found.rough | lt(r, splat(least)))) return r;
+        }
+        return ask(x, y, z, step);
+    }
+
+    // The cells in which the rays from `begin` to `end` of a front are
+    inline CUDA_CALLABLE void find(const Front& front, int begin, int end, Lattice::Cell* cells) const {
+        for (int i = begin, n = 0; i < end; i += SDFPRT_LANES, n++) {
+            const Front::Rays at = front.at(i);
+            cells[n] = lattice.find(fma(at.u, at.s, at.x), fma(at.v, at.s, at.y), fma(at.w, at.s, at.z));
+        }
+        for (int shift = 2; shift >= 0; shift -= 2)
+            for (int i = begin, n = 0; i < end; i += SDFPRT_LANES, n++) lattice.refine(cells[n], shift);
+    }
 
 #if SDFPRT_LANES > 1
     // Moves the rays of each packet past empty balls along the middle of their directions: by the lattice or, if there is none, by
-    // the field; the balls of as many packets side by side
+    // the field
     inline void pass(const float* box, float least, float step, int origins, int share) {
+        Front& middles = askers;
+        middles.count = 0;
         const int each = share / SDFPRT_LANES, packets = origins * each;
         for (int first = 0; first < packets; first += SDFPRT_LANES) {
             const int count = packets - first < SDFPRT_LANES ? packets - first : SDFPRT_LANES;
@@ -104,139 +93,150 @@ struct Packets : Simd {
                 along[2][k] = total(sel(begun, fill(dz + i), zero));
                 from[0][k] = ox[g], from[1][k] = oy[g], from[2][k] = oz[g];
             }
-            const F x = fill(from[0]), y = fill(from[1]), z = fill(from[2]);
-            F u = fill(along[0]), v = fill(along[1]), w = fill(along[2]);
-            const F scale = rsqrt(u * u + v * v + w * w + 1e-20f);
-            u *= scale, v *= scale, w *= scale;
-            F enter, last;
-            Tracer::clip(x, y, z, u, v, w, box, enter, last);
-            F h = 1.5f * max(fill(start), splat(least));
-            unsigned on = bits(lt(h, last) & lt(lanes(), splat(count)));
-            spill(along[0], u), spill(along[1], v), spill(along[2], w);
-            for (int turn = 0; on && turn < 16; turn++) {
-                const F at = max(min(h, last), splat(0.0f)), px = fma(at, u, x), py = fma(at, v, y), pz = fma(at, w, z);
-                F r = splat(0.0f);
+            Front::Rays rays;
+            rays.x = fill(from[0]), rays.y = fill(from[1]), rays.z = fill(from[2]);
+            rays.u = fill(along[0]), rays.v = fill(along[1]), rays.w = fill(along[2]);
+            const F scale = rsqrt(rays.u * rays.u + rays.v * rays.v + rays.w * rays.w + 1e-20f);
+            rays.u *= scale, rays.v *= scale, rays.w *= scale;
+            F enter;
+            Tracer::clip(rays.x, rays.y, rays.z, rays.u, rays.v, rays.w, box, enter, rays.end);
+            rays.s = 1.5f * max(fill(start), splat(least));
+            rays.touch = rays.before = rays.came = splat(0.0f);
+            rays.ray = fill(begins), rays.sector = splat(0);  // the packet's first ray
+            spill(along[0], rays.u), spill(along[1], rays.v), spill(along[2], rays.w);
+            for (int k = 0; k < count; k++) {
+                const int i = begins[k];
+                spill(cosine + i, fill(dx + i) * along[0][k] + fill(dy + i) * along[1][k] + fill(dz + i) * along[2][k]);
+            }
+            middles.add(rays, bits(lt(rays.s, rays.end) & lt(lanes(), splat(count))));
+        }
+        for (int turn = 0; middles.count > 0 && turn < 16; turn++) {
+            const int count = middles.restart();
+            Lattice::Cell cells[SDFPRT_CHUNK];
+            for (int first = 0; first < count; first += SDFPRT_LANES) {
+                const int n = first / SDFPRT_LANES % SDFPRT_CHUNK, stop = first + SDFPRT_CHUNK * SDFPRT_LANES;
+                if (lattice.nx > 0 && n == 0) find(middles, first, count < stop ? count : stop, cells);
+                Front::Rays rays = middles.at(first);
+                int begins[SDFPRT_LANES];
+                spill(begins, rays.ray);
+                const F at = rays.s;
+                F r;
                 if (lattice.nx > 0) {
-                    const Lattice::Reading found = lattice.at(px, py, pz);
-                    r = sel(found.rough, r, found.distance - lattice.error);
-                } else r = ask(px, py, pz, step);
+                    const Lattice::Reading found = lattice.read(cells[n]);
+                    r = sel(found.rough, splat(0.0f), found.distance - lattice.error);
+                } else r = ask(fma(at, rays.u, rays.x), fma(at, rays.v, rays.y), fma(at, rays.w, rays.z), step);
                 Balls balls;
                 balls.set(0, at, r);
                 float begin[SDFPRT_LANES];
                 spill(begin, at - r);
-                h = at + max(1.5f * r, 0.4f * at);
-                const unsigned more = bits(lt(at, last) & lt(0.1f * at, r));
-                for (unsigned left = on; left; left &= left - 1) {
+                rays.s = max(min(at + max(1.5f * r, 0.4f * at), rays.end), splat(0.0f));
+                unsigned stay = 0;
+                for (unsigned left = bits(lt(lanes(), splat(count - first))); left; left &= left - 1) {
                     const int k = lowest(left), i = begins[k];
                     const F here = fill(t + i);
-                    const F c = fill(dx + i) * along[0][k] + fill(dy + i) * along[1][k] + fill(dz + i) * along[2][k];
                     M inside;
-                    const F there = balls.past(k, here, c, inside);
-                    if (any(inside)) spill(t + i, there);
-                    else if (!any(lt(splat(begin[k]), here) & lt(here, fill(far + i)))) on &= ~(1u << k);  // no ray gets this far
+                    spill(t + i, balls.past(k, here, fill(cosine + i), inside));
+                    const M later = lt(splat(begin[k]), here) & lt(here, fill(far + i));  // some may get as far as the next ball
+                    stay |= (unsigned)any(inside | later) << k;
                 }
-                on &= more;
+                middles.add(rays, stay & bits(lt(at, rays.end) & lt(0.1f * at, r)));
             }
         }
     }
 #endif
 
-    // March the rays of a list, by the field or by what stands in for it, until they meet the surface, leave the bounds or are
-    // for the other list: for the askers where only the field holds, for the readers where the lattice does again
-    __attribute__((always_inline)) inline CUDA_CALLABLE void march(bool field, int* list, int& count, int* others,
-                                                                   int& waiting, float step, int steps) {
-        Lanes at;
-        int next = 0;
-        unsigned on = 0;  // lanes with a ray
-        for (int k = 0; k < SDFPRT_LANES; k++) {
-            enter(at, k, list[next < count ? next : 0]);
-            if (next == count) rest(at, k);
-            else on |= 1u << k;
-            next += next < count;
-        }
-        while (on) {
-            const F s = fill(at.s), before = fill(at.before), came = fill(at.came), end = fill(at.end), touch = fill(at.touch);
-            const F u = fill(at.u), v = fill(at.v), w = fill(at.w);
-            const F px = fma(u, s, fill(at.x)), py = fma(v, s, fill(at.y)), pz = fma(w, s, fill(at.z));
-            const I turns = fill(at.spent) + 1;
-            F r, slope;
-            M doubt = none(), escapes = none();
-            if (field) {
-                r = ask(px, py, pz, step);
-                slope = sel(lt(splat(0.0f), came), (r - before) / max(came, splat(1e-9f)), splat(-0.15f));
-            } else {
-                const Lattice::Reading found = lattice.at(px, py, pz);
-                r = found.distance;
-                slope = found.x * u + found.y * v + found.z * w;
-                escapes = ~eq(found.clear & fill(at.sector), splat(0));
-                // Where a ray has hardly left, the lattice's error would decide
-                const M close = lt(splat(-2.0f * lattice.error), r) & lt(r, touch + lattice.error);
-                doubt = found.rough | (lt(s, splat(0.5f)) & close);
-            }
-            // Negative is met for certain. Where the balls of this step and the one before leave a gap, go back to the end of the
-            // ball before; else step as far as the next ball will touch this one if the slope stays or, where it falls, just
-            // beyond where the ray would meet the surface
-            const M gap = lt(before + r, came);
-            const M met = (lt(r, splat(0.0f)) | (lt(r, touch) & ~gap)) & ~doubt;
-            const M dive = lt(slope, splat(-0.2f));
-            const F ahead = r * sel(dive, splat(1.3f), splat(1.8f)) / sel(dive, -slope, 1.0f - min(slope, splat(0.8f)));
-            const F place = sel(gap, s - came + before, min(s + ahead, max(s + r, end - touch)));
-            spill(at.came, sel(doubt, came, sel(gap, splat(0.0f), place - s)));
-            spill(at.before, sel(doubt, before, sel(gap, splat(0.0f), r)));
-            spill(at.s, sel(doubt, s, place));
-            spill(at.spent, turns);
+    // March rays, by the field or by what stands in for it, until they meet the surface, leave the bounds or are for the others:
+    // for the askers where only the field holds, for the readers where the lattice does again
+    __attribute__((always_inline)) inline CUDA_CALLABLE void march(bool field, Front& front, Front& others, float step) {
+        Lattice::Cell cells[SDFPRT_CHUNK];
+        // Work for a few lanes can wait until there is more
+        while (front.count > 0 && (front.count >= SDFPRT_LANES || others.count < SDFPRT_LANES)) {
+            const int count = front.restart();
+            for (int first = 0; first < count; first += SDFPRT_LANES) {
+                const int n = first / SDFPRT_LANES % SDFPRT_CHUNK, stop = first + SDFPRT_CHUNK * SDFPRT_LANES;
+                if (!field && n == 0) find(front, first, count < stop ? count : stop, cells);
+                Front::Rays rays = front.at(first);
+                const F s = rays.s, before = rays.before, came = rays.came, touch = rays.touch;
+                F r, slope, cleared;
+                M doubt = none(), escapes = none();
+                if (field) {
+                    r = ask(fma(rays.u, s, rays.x), fma(rays.v, s, rays.y), fma(rays.w, s, rays.z), step);
+                    slope = sel(lt(splat(0.0f), came), (r - before) / max(came, splat(1e-9f)), splat(-0.15f));
+                    cleared = s + r;
+                } else {
+                    const Lattice::Reading found = lattice.read(cells[n]);
+                    r = found.distance;
+                    slope = found.x * rays.u + found.y * rays.v + found.z * rays.w;
+                    escapes = ~eq(cells[n].clear & rays.sector, splat(0));
+                    // As far as the end of the cell, if there too the plane is above the surface
+                    const F last = 1.0001f * Lattice::ahead(found, rays.u, rays.v, rays.w) / cells[n].parts + 1e-5f;
+                    cleared = s + sel(lt(touch + lattice.error, min(r, r + slope * last)), max(r, last), r);
+                    // Where a ray has hardly left, the lattice's error would decide
+                    const M close = lt(splat(-2.0f * lattice.error), r) & lt(r, touch + lattice.error);
+                    doubt = found.rough | (lt(s, splat(0.5f)) & close);
+                }
+                // Negative is met for certain. Where the balls of this step and the one before leave a gap, go back to the end of the
+                // ball before; else step as far as the next ball will touch this one if the slope stays or, where it falls, just
+                // beyond where the ray would meet the surface
+                const M gap = lt(before + r, came);
+                const M met = (lt(r, splat(0.0f)) | (lt(r, touch) & ~gap)) & ~doubt;
+                const M dive = lt(slope, splat(-0.2f));
+                const F relaxed = r * sel(dive, splat(1.3f), splat(1.8f)) / sel(dive, -slope, 1.0f - min(slope, splat(0.8f)));
+                const F place = sel(gap, s - came + before, max(min(s + relaxed, rays.end - touch), cleared));
+                rays.came = sel(doubt, came, sel(gap, splat(0.0f), place - s));
+                rays.before = sel(doubt, before, sel(gap, splat(0.0f), cleared - s));
+                rays.s = sel(doubt, s, place);
 
-            // What becomes of them; so many evaluations: it grazes
-            const M out = (escapes & ~(gap | doubt)) | ~(lt(place, end) | doubt | met);  // or is no number
-            const M lost = le(splat(steps), turns) & ~out;
-            M turn = doubt;
-            if (field) turn = lattice.nx > 0 ? le(splat(3.0f * lattice.error), r) & ~gap : none();
-            const unsigned blocked = bits(met | lost), leaving = bits(turn & ~out) & ~blocked;
-            for (unsigned ended = on & (blocked | leaving | bits(out)); ended; ended &= ended - 1) {
-                const int k = lowest(ended);
-                const int i = leave(at, k);
-                if (blocked >> k & 1) free[i] = 0.0f;
-                others[waiting] = i;
-                waiting += leaving >> k & 1;
-                if (next < count) enter(at, k, list[next++]);
-                else {
-                    on &= ~(1u << k);
-                    rest(at, k);
+                // What becomes of them
+                M turn = doubt;
+                if (field) turn = lattice.nx > 0 ? le(splat(3.0f * lattice.error), r) & ~gap : none();
+                const M out = (escapes & ~(gap | doubt)) | ~(lt(place, rays.end) | doubt | met);  // or is no number
+                const unsigned on = bits(lt(lanes(), splat(count - first))), ended = on & bits(met);
+                const unsigned under_way = on & ~bits(met | out), leaving = under_way & bits(turn);
+                front.add(rays, under_way & ~leaving);
+                spill(blocked + blocked_count, permute(rays.ray, packing(ended)));
+                blocked_count += ones_of(ended);
+                if (leaving) {
+                    rays.s = rays.s - rays.came + rays.before;
+                    rays.came = rays.before = splat(0.0f);
+                    others.add(rays, leaving);
                 }
             }
-            // An evaluation for a few lanes can wait until more rays ask for one
-            if (field && next == count && waiting > 0 && ones_of(on) < SDFPRT_LANES / 2) break;
+            if (--turns < 0) break;
         }
-        count = 0;
-        for (; on; on &= on - 1) list[count++] = leave(at, lowest(on));
     }
 
     // The first `share` rays of each origin, whose direction, t, far and `free` are set. Steps are over-relaxed by the slope (Balint
-    // and Valasek 2018; Ban and Valasek 2023). Rays still under way after `steps` evaluations and readings count as met.
+    // and Valasek 2018; Ban and Valasek 2023). Rays that are still under way after 2 `steps` turns graze and count as met.
     inline CUDA_CALLABLE void trace(float step, int steps, int origins, int share) {
         const bool by_lattice = lattice.nx > 0;
-        int* list = by_lattice ? readers : askers;
-        int begun = 0;
+        Front& all = by_lattice ? readers : askers;
+        readers.count = askers.count = blocked_count = 0;
+        turns = 2 * steps;
         for (int g = 0; g < origins; g++)
             for (int i = g * SDFPRT_SHARE; i < g * SDFPRT_SHARE + share; i += SDFPRT_LANES) {
+                Front::Rays rays;
+                rays.x = splat(ox[g]), rays.y = splat(oy[g]), rays.z = splat(oz[g]);
+                rays.u = fill(dx + i), rays.v = fill(dy + i), rays.w = fill(dz + i);
+                rays.s = fill(t + i), rays.end = fill(far + i), rays.touch = splat(reach[g]);
+                rays.before = rays.came = splat(0.0f);
+                rays.ray = lanes() + i, rays.sector = splat(0);
                 // On a face where the bounds cut the solid, outwards is free
-                const F s = fill(t + i), u = fill(dx + i), v = fill(dy + i), w = fill(dz + i);
-                M begins = lt(splat(0.0f), fill(free + i)) & lt(s + reach[g], fill(far + i));
-                unsigned on = bits(begins);
-                if (by_lattice && on) {
-                    const I way = Lattice::sector(u, v, w);
-                    const F at = sel(begins, s, splat(0.0f));
-                    on &= ~bits(lattice.escape(u * at + ox[g], v * at + oy[g], w * at + oz[g], way));
-                    spill(sector + i, way);
+                M begins = lt(splat(0.0f), fill(free + i)) & lt(rays.s + reach[g], rays.end);
+                if (!any(begins)) continue;
+                if (by_lattice) {
+                    rays.sector = Lattice::sector(rays.u, rays.v, rays.w);
+                    const F at = sel(begins, rays.s, splat(0.0f));
+                    begins = begins & ~lattice.escape(rays.u * at + ox[g], rays.v * at + oy[g], rays.w * at + oz[g], rays.sector);
                 }
-                spill(spent + i, splat(0));
-                for (; on; on &= on - 1) list[begun++] = i + lowest(on);
+                all.add(rays, bits(begins));
             }
-        reading = by_lattice ? begun : 0;
-        asking = begun - reading;
-        while (reading + asking > 0) {
-            if (reading > 0) march(false, readers, reading, askers, asking, step, steps);
-            if (asking > 0) march(true, askers, asking, readers, reading, step, steps);
+        while (readers.count + askers.count > 0 && turns >= 0) {
+            if (by_lattice) march(false, readers, askers, step);
+            march(true, askers, readers, step);
         }
+        for (int k = 0; k < readers.count; k++) free[readers.ray[k]] = 0.0f;
+        for (int k = 0; k < askers.count; k++) free[askers.ray[k]] = 0.0f;
+        for (int k = 0; k < blocked_count; k++) free[blocked[k]] = 0.0f;
     }
 };

@@ -24,6 +24,17 @@ typedef unsigned char Bits;
 typedef unsigned short Bits;
 #endif
 #endif
+#if SDFPRT_LANES == 8
+struct Packing {
+    unsigned long long row[256];  // a byte a lane
+    constexpr Packing() : row() {
+        for (int bits = 0; bits < 256; bits++)
+            for (int k = 0, n = 0; k < 8; k++)
+                if (bits >> k & 1) row[bits] |= (unsigned long long)k << 8 * n++;
+    }
+};
+static constexpr Packing PACKING;
+#endif
 struct Simd {
 #if SDFPRT_LANES == 1
     static inline CUDA_CALLABLE float lane(F v, int) { return v; }
@@ -195,6 +206,38 @@ struct Simd {
         a = __builtin_convertvector(row, I);
         b = __builtin_convertvector(row >> 32, I);
     }
+#endif
+    // The order that moves lanes whose bits are set to the front, and lanes in an order
+#if SDFPRT_LANES == 1
+    static inline CUDA_CALLABLE I packing(unsigned) { return 0; }
+    static inline CUDA_CALLABLE F permute(F v, I) { return v; }
+    static inline CUDA_CALLABLE I permute(I v, I) { return v; }
+#else
+    static inline I packing(unsigned bits) {
+#if SDFPRT_LANES == 8
+        typedef unsigned char Row __attribute__((ext_vector_type(8)));
+        return __builtin_convertvector(__builtin_bit_cast(Row, PACKING.row[bits]), I);
+#else
+        int order[SDFPRT_LANES] = {}, n = 0;
+        for (int k = 0; k < SDFPRT_LANES; k++) {
+            order[n] = k;
+            n += bits >> k & 1;
+        }
+        return fill(order);
+#endif
+    }
+    static inline F permute(F v, I order) {
+#if SDFPRT_LANES == 8 && defined(__AVX2__)
+        typedef float Floats __attribute__((vector_size(32)));
+        typedef int Wholes __attribute__((vector_size(32)));
+        return (F)__builtin_ia32_permvarsf256((Floats)v, (Wholes)order);
+#else
+        float from[SDFPRT_LANES];
+        spill(from, v);
+        return gather(from, order);
+#endif
+    }
+    static inline I permute(I v, I order) { return as_I(permute(as_F(v), order)); }
 #endif
     // Element i of `count`, `stride` apart: those that some lane asks for
 #if SDFPRT_LANES == 1

@@ -63,32 +63,33 @@ struct Projection : Simd {
     // Empty balls of each point: centres o + h n, the first at o itself, then h growing by 1.7 a ball
     const int NEAR = SDFPRT_LANES == 1 ? 16 : 8;
     float height[NEAR];
-    for (int k = 0; k < NEAR; k++) height[k] = k == 0 ? 0.0f : 2.0f * offset * expf(0.530628f * (float)(k - 1));
+    for (int k = 0; k < NEAR; k++) height[k] = k == 0 ? 0.0f : 2.0f * offset * scale * expf(0.530628f * (float)(k - 1));
     Balls balls[SDFPRT_GROUP];
-    for (int g = 0; g < members && shadowed; g++) {
+    for (int g = 0; g < members; g++) {
         const float* p = points.data + 3 * (begin + g);
         const float* n = normals.data + 3 * (begin + g);
-        for (int first = 0; first < NEAR; first += SDFPRT_LANES) {
-            const F above = Simd::fill(height + first), h = offset + above;
-            const F d = Scene::distance(p[0] + n[0] * h, p[1] + n[1] * h, p[2] + n[2] * h, Simd::ones()) * step;
-            balls[g].set(first, above * scale, d * scale);
+        const float ox = packets.ox[g] = (p[0] + n[0] * offset - ax) * scale;
+        const float oy = packets.oy[g] = (p[1] + n[1] * offset - ay) * scale;
+        const float oz = packets.oz[g] = (p[2] + n[2] * offset - az) * scale;
+        const F x = Simd::splat(ox), y = Simd::splat(oy), z = Simd::splat(oz);
+        const F u = Simd::splat(n[0]), v = Simd::splat(n[1]), w = Simd::splat(n[2]);
+        F enter, leave;
+        Tracer::clip(x, y, z, u, v, w, bounds, enter, leave);
+        for (int first = 0; first < NEAR && shadowed; first += SDFPRT_LANES) {
+            const F h = Simd::max(Simd::min(Simd::fill(height + first), leave), Simd::splat(0.0f));
+            balls[g].set(first, h, packets.around(x + h * u, y + h * v, z + h * w, 2.0f * near * scale, step));
         }
+        // Less where o itself lies so near, in a crease
+        const float half = shadowed ? 0.5f * balls[g].radius[0] : 0.0f;
+        packets.reach[g] = 0.0f < half && half < near * scale ? half : near * scale;
     }
 
     for (int batch = 0; batch < rays; batch += SDFPRT_SHARE) {
         const int share = rays - batch < SDFPRT_SHARE ? rays - batch : SDFPRT_SHARE;
         const int padded = (share + SDFPRT_LANES - 1) / SDFPRT_LANES * SDFPRT_LANES;
         for (int g = 0; g < members; g++) {
-            const float* p = points.data + 3 * (begin + g);
             const float nx = normals.data[3 * (begin + g)], ny = normals.data[3 * (begin + g) + 1];
             const float nz = normals.data[3 * (begin + g) + 2];
-            const float ox = (p[0] + nx * offset - ax) * scale, oy = (p[1] + ny * offset - ay) * scale;
-            const float oz = (p[2] + nz * offset - az) * scale;
-
-            packets.ox[g] = ox, packets.oy[g] = oy, packets.oz[g] = oz;
-            // Less where o itself lies so near, in a crease
-            const float half = shadowed ? 0.5f * balls[g].radius[0] : 0.0f;
-            packets.reach[g] = 0.0f < half && half < near * scale ? half : near * scale;
 
             // Frame about the normal (Duff et al. 2017)
             const float sign = nz >= 0.0f ? 1.0f : -1.0f;
@@ -123,7 +124,8 @@ struct Projection : Simd {
                 M inside;
                 for (int k = 0; k < NEAR; k++) t = balls[g].past(k, t, c, inside);
                 F enter, leave;
-                Tracer::clip(Simd::splat(ox), Simd::splat(oy), Simd::splat(oz), dx, dy, dz, bounds, enter, leave);
+                Tracer::clip(Simd::splat(packets.ox[g]), Simd::splat(packets.oy[g]), Simd::splat(packets.oz[g]), dx, dy, dz, bounds,
+                             enter, leave);
                 Packets::spill(packets.t + at, t);
                 Packets::spill(packets.far + at, leave);
             }

@@ -50,7 +50,7 @@ ENCODINGS = ((3, 1), (5, 1))  # octaves that it then tries in the size that was 
 _VIEWS, _VIEW_SIDE, _VIEW_LIGHT = 3, 40, "sky_afternoon"  # pictures that `target_psnr` also looks at; side in pixels
 _CHUNK = 32_768  # samples a file of transfer
 _KEEP = 24  # working files that stay when a bake ends
-_VERSION = 11  # of what the stages compute; a change makes caches void
+_VERSION = 12  # of what the stages compute; a change makes caches void
 
 
 def bake(

@@ -2,6 +2,7 @@
 
 import functools
 from math import factorial, pi, sqrt
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -81,6 +82,22 @@ def _neighbours(scene: Scene, points: Float[ndarray, "n 3"]) -> ndarray:
     return np.argsort(place, kind="stable")
 
 
+def kernel(scene: Scene) -> Any:
+    """What computes transfer, SDFPRT_GROUP points an item."""
+    flat, whole = native.FLOATS, native.WHOLES
+    return native.build(
+        scene.native,
+        ("trace.h", "lattice.h", "front.h", "packets.h", "transfer.h"),
+        {
+            "points": flat, "normals": flat, "out": flat, "box": flat, "recurrence": flat, "sequence": flat,
+            "records": whole, "clear": whole, "frame": flat, "numbers": whole, "bands": int, "rays": int, "seed": int,
+            "shadowed": int, "total": int, "offset": float, "near": float, "step": float, "steps": int,
+        },
+        fused=True,
+        lanes=LANES,
+    )  # fmt: skip
+
+
 def compute_transfer(
     scene: Scene,
     points: Float[ndarray, "n 3"],
@@ -109,18 +126,6 @@ def compute_transfer(
         raise SdfprtError(f"compute_transfer: rays must be 1 or more, not {rays}")
     if not (np.isfinite(points).all() and np.isfinite(normals).all()):
         raise SdfprtError(f"{scene.file}: points or normals are not finite")
-    flat, whole = native.FLOATS, native.WHOLES
-    kernel = native.build(
-        scene.native,
-        ("trace.h", "lattice.h", "packets.h", "transfer.h"),
-        {
-            "points": flat, "normals": flat, "out": flat, "box": flat, "recurrence": flat, "sequence": flat,
-            "records": whole, "clear": whole, "frame": flat, "numbers": whole, "bands": int, "rays": int, "seed": int,
-            "shadowed": int, "total": int, "offset": float, "near": float, "step": float, "steps": int,
-        },
-        fused=True,
-        lanes=LANES,
-    )  # fmt: skip
     result = np.empty((len(points), bands * bands), np.float32)
     recurrence = native.array(_recurrence(bands))
     size = scene.diagonal
@@ -139,7 +144,7 @@ def compute_transfer(
             arrays = [native.array(x[part]) for x in (points, normals)]
             numbers = native.array(start + part, int)
             fixed = [out, box, recurrence, sequence, *stand_in, numbers, bands, rays, seed, int(shadowed), count]
-            native.launch(kernel, -(-count // group), [*arrays, *fixed, *limits, settings.Trace.steps])
+            native.launch(kernel(scene), -(-count // group), [*arrays, *fixed, *limits, settings.Trace.steps])
             result[part] = out.numpy().reshape(count, -1)
             advance(count)
     if not np.isfinite(result).all():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from sdfprt import Camera, Scene, SdfprtError, compute_transfer, native, sample_surface, settings, sh, trace
+from sdfprt import Camera, Scene, SdfprtError, compute_transfer, native, sample_surface, settings, sh, trace, transfer
 from sdfprt.surface import mesh
 from sdfprt.transfer import unshadowed
 
@@ -141,28 +141,15 @@ def test_wrong_arguments_are_refused(scene: Scene):
         compute_transfer(scene, p, p, bands=9)
 
 
-@pytest.mark.parametrize(
-    ("pieces", "arrays", "others"),
-    [
-        (
-            ("trace.h", "visible.h"),
-            "origins directions out box",
-            {"near": float, "step": float, "relaxation": float, "steps": int},
-        ),
-        (
-            ("trace.h", "lattice.h", "packets.h", "transfer.h"),
-            "points normals out box recurrence sequence frame",
-            dict.fromkeys(("records", "clear", "numbers"), wp.array(dtype=int))
-            | dict.fromkeys(("bands", "rays", "seed", "shadowed", "total"), int)
-            | {"offset": float, "near": float, "step": float, "steps": int},
-        ),
-    ],
-)
-def test_transfer_kernels_compile_for_cuda(scene: Scene, tmp_path, pieces: tuple, arrays: str, others: dict):
+def test_transfer_kernels_compile_for_cuda(scene: Scene, tmp_path):
     flat = wp.array(dtype=float)
-    kernel = native.build(scene.native, pieces, dict.fromkeys(arrays.split(), flat) | others)
-    wp.compile_aot_module(kernel.module, arch=86, module_dir=str(tmp_path), use_ptx=True)
-    assert any(tmp_path.iterdir())
+    arguments = dict.fromkeys(("origins", "directions", "out", "box"), flat) | dict.fromkeys(("near", "step", "relaxation"), float)
+    visible = native.build(scene.native, ("trace.h", "visible.h"), arguments | {"steps": int})
+    for kernel in (visible, transfer.kernel(scene)):
+        wp.compile_aot_module(kernel.module, arch=86, module_dir=str(tmp_path), use_ptx=True)
+        assert any(tmp_path.iterdir())
+        for file in tmp_path.iterdir():
+            file.unlink()
 
 
 def test_band_of_counts_orders():

@@ -47,32 +47,28 @@ float polar41(vec3 p) {
     return d;
 }
 
-const vec2 polygon45Corners[6] = vec2[6](vec2(3.061617e-18, 0.05), vec2(-0.0433012702, 0.025), vec2(-0.0433012702, -0.025), vec2(-9.18485099e-18, -0.05), vec2(0.0433012702, -0.025), vec2(0.0433012702, 0.025));
-float polygon45(vec2 p) {
-    float d = 1e9, side = 1.0;
-    for (int i = 0; i < 6; i++) {
-        vec2 a = polygon45Corners[i], b = polygon45Corners[(i + 1) % 6];
-        vec2 edge = b - a, q = p - a;
-        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
-        d = min(d, dot(away, away));
-        bool crosses = (a.y > p.y) != (b.y > p.y);
-        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
-    }
-    return side * sqrt(d);
+float wheel45(vec2 p) {
+    float turn = atan(-p.x, p.y), sector = 1.04719755;
+    turn = abs(turn - sector * round(turn / sector));
+    vec2 q = length(p) * vec2(cos(turn), sin(turn)), to, away;
+    float d = 1e9, side = 0.0;
+    to = q - vec2(0.05, 0.0);
+    away = to - vec2(-0.0125, 0.0216506351) * clamp(dot(to, vec2(-20.0, 34.6410162)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    if (q.y * 0.05 >= q.x * 0.0) side = dot(to, vec2(0.0216506351, 0.0125));
+    return sign(side) * sqrt(d);
 }
 
-const vec2 polygon56Corners[6] = vec2[6](vec2(4.77612252e-18, 0.078), vec2(-0.0675499815, 0.039), vec2(-0.0675499815, -0.039), vec2(-1.43283676e-17, -0.078), vec2(0.0675499815, -0.039), vec2(0.0675499815, 0.039));
-float polygon56(vec2 p) {
-    float d = 1e9, side = 1.0;
-    for (int i = 0; i < 6; i++) {
-        vec2 a = polygon56Corners[i], b = polygon56Corners[(i + 1) % 6];
-        vec2 edge = b - a, q = p - a;
-        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
-        d = min(d, dot(away, away));
-        bool crosses = (a.y > p.y) != (b.y > p.y);
-        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
-    }
-    return side * sqrt(d);
+float wheel56(vec2 p) {
+    float turn = atan(-p.x, p.y), sector = 1.04719755;
+    turn = abs(turn - sector * round(turn / sector));
+    vec2 q = length(p) * vec2(cos(turn), sin(turn)), to, away;
+    float d = 1e9, side = 0.0;
+    to = q - vec2(0.078, 0.0);
+    away = to - vec2(-0.0195, 0.0337749907) * clamp(dot(to, vec2(-12.8205128, 22.2057796)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    if (q.y * 0.078 >= q.x * 0.0) side = dot(to, vec2(0.0337749907, 0.0195));
+    return sign(side) * sqrt(d);
 }
 
 const vec2 polygon66Corners[4] = vec2[4](vec2(-0.13, -0.01), vec2(0.13, -0.01), vec2(0.11, 0.01), vec2(-0.11, 0.01));
@@ -103,18 +99,24 @@ float polygon69(vec2 p) {
     return side * sqrt(d);
 }
 
-const vec2 polygon78Corners[104] = vec2[104](vec2(0.499416113, -0.0241566898), vec2(0.499416113, 0.0241566898), vec2(0.423883589, 0.0307847901), vec2(0.418933584, 0.0715517426), vec2(0.490685063, 0.0960633587), vec2(0.479122915, 0.142972839), vec2(0.404199019, 0.131332223), vec2(0.389636683, 0.169729948), vec2(0.45343718, 0.210700554), vec2(0.430984833, 0.253479927), vec2(0.361023872, 0.224247104), vec2(0.337695514, 0.258044066), vec2(0.389837177, 0.313092599), vec2(0.35779948, 0.349255683), vec2(0.29686733, 0.304129558), vec2(0.266128709, 0.3313616), vec2(0.303581254, 0.39728884), vec2(0.263820122, 0.424733968), vec2(0.215457938, 0.366337108), vec2(0.179095471, 0.385421603), vec2(0.199682292, 0.458396098), vec2(0.154508497, 0.475528258), vec2(0.121526913, 0.407254477), vec2(0.0816538549, 0.417082304), vec2(0.0841785207, 0.49286304), vec2(0.0362174001, 0.498686575), vec2(0.0205331863, 0.424503696), vec2(-0.0205331863, 0.424503696), vec2(-0.0362174001, 0.498686575), vec2(-0.0841785207, 0.49286304), vec2(-0.0816538549, 0.417082304), vec2(-0.121526913, 0.407254477), vec2(-0.154508497, 0.475528258), vec2(-0.199682292, 0.458396098), vec2(-0.179095471, 0.385421603), vec2(-0.215457938, 0.366337108), vec2(-0.263820122, 0.424733968), vec2(-0.303581254, 0.39728884), vec2(-0.266128709, 0.3313616), vec2(-0.29686733, 0.304129558), vec2(-0.35779948, 0.349255683), vec2(-0.389837177, 0.313092599), vec2(-0.337695514, 0.258044066), vec2(-0.361023872, 0.224247104), vec2(-0.430984833, 0.253479927), vec2(-0.45343718, 0.210700554), vec2(-0.389636683, 0.169729948), vec2(-0.404199019, 0.131332223), vec2(-0.479122915, 0.142972839), vec2(-0.490685063, 0.0960633587), vec2(-0.418933584, 0.0715517426), vec2(-0.423883589, 0.0307847901), vec2(-0.499416113, 0.0241566898), vec2(-0.499416113, -0.0241566898), vec2(-0.423883589, -0.0307847901), vec2(-0.418933584, -0.0715517426), vec2(-0.490685063, -0.0960633587), vec2(-0.479122915, -0.142972839), vec2(-0.404199019, -0.131332223), vec2(-0.389636683, -0.169729948), vec2(-0.45343718, -0.210700554), vec2(-0.430984833, -0.253479927), vec2(-0.361023872, -0.224247104), vec2(-0.337695514, -0.258044066), vec2(-0.389837177, -0.313092599), vec2(-0.35779948, -0.349255683), vec2(-0.29686733, -0.304129558), vec2(-0.266128709, -0.3313616), vec2(-0.303581254, -0.39728884), vec2(-0.263820122, -0.424733968), vec2(-0.215457938, -0.366337108), vec2(-0.179095471, -0.385421603), vec2(-0.199682292, -0.458396098), vec2(-0.154508497, -0.475528258), vec2(-0.121526913, -0.407254477), vec2(-0.0816538549, -0.417082304), vec2(-0.0841785207, -0.49286304), vec2(-0.0362174001, -0.498686575), vec2(-0.0205331863, -0.424503696), vec2(0.0205331863, -0.424503696), vec2(0.0362174001, -0.498686575), vec2(0.0841785207, -0.49286304), vec2(0.0816538549, -0.417082304), vec2(0.121526913, -0.407254477), vec2(0.154508497, -0.475528258), vec2(0.199682292, -0.458396098), vec2(0.179095471, -0.385421603), vec2(0.215457938, -0.366337108), vec2(0.263820122, -0.424733968), vec2(0.303581254, -0.39728884), vec2(0.266128709, -0.3313616), vec2(0.29686733, -0.304129558), vec2(0.35779948, -0.349255683), vec2(0.389837177, -0.313092599), vec2(0.337695514, -0.258044066), vec2(0.361023872, -0.224247104), vec2(0.430984833, -0.253479927), vec2(0.45343718, -0.210700554), vec2(0.389636683, -0.169729948), vec2(0.404199019, -0.131332223), vec2(0.479122915, -0.142972839), vec2(0.490685063, -0.0960633587), vec2(0.418933584, -0.0715517426), vec2(0.423883589, -0.0307847901));
-float polygon78(vec2 p) {
-    float d = 1e9, side = 1.0;
-    for (int i = 0; i < 104; i++) {
-        vec2 a = polygon78Corners[i], b = polygon78Corners[(i + 1) % 104];
-        vec2 edge = b - a, q = p - a;
-        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
-        d = min(d, dot(away, away));
-        bool crosses = (a.y > p.y) != (b.y > p.y);
-        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
-    }
-    return side * sqrt(d);
+float wheel78(vec2 p) {
+    float turn = atan(p.y, p.x), sector = 0.241660973;
+    turn = abs(turn - sector * round(turn / sector));
+    vec2 q = length(p) * vec2(cos(turn), sin(turn)), to, away;
+    float d = 1e9, side = 0.0;
+    to = q - vec2(0.499416113, 0.0);
+    away = to - vec2(0.0, 0.0241566898) * clamp(dot(to, vec2(0.0, 41.3964003)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    if (q.y * 0.499416113 >= q.x * 0.0) side = dot(to, vec2(0.0241566898, -0.0));
+    to = q - vec2(0.499416113, 0.0241566898);
+    away = to - vec2(-0.0755325248, 0.00662810031) * clamp(dot(to, vec2(-13.1381613, 1.15289475)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    if (q.y * 0.499416113 >= q.x * 0.0241566898) side = dot(to, vec2(0.00662810031, 0.0755325248));
+    to = q - vec2(0.423883589, 0.0307847901);
+    away = to - vec2(-0.00247500211, 0.0203834763) * clamp(dot(to, vec2(-5.87033491, 48.3465576)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    if (q.y * 0.423883589 >= q.x * 0.0307847901) side = dot(to, vec2(0.0203834763, 0.00247500211));
+    return sign(side) * sqrt(d);
 }
 
 float part86(vec3 p) {
@@ -211,7 +213,7 @@ float part163(vec3 p) {
     vec3 p160 = p153 - vec3(0.0, 0.19, 0.0);
     vec2 p161 = vec2(length(p160.xz) - 0.1325, p160.y);
     vec3 p162 = p153 - vec3(0.0, -0.38, -0.13);
-    return min(min(min(max(max(((length(max(abs(p135) - vec2(0.028, 0.118), 0.0)) + min(max((abs(p135) - vec2(0.028, 0.118)).x, (abs(p135) - vec2(0.028, 0.118)).y), 0.0)) - 0.012), -((length(p136) - 0.062))), -(sdBox3(p137, vec3(0.5, 0.5, 0.5)))), max(((length(max(abs(p140) - vec2(0.023, 0.118), 0.0)) + min(max((abs(p140) - vec2(0.023, 0.118)).x, (abs(p140) - vec2(0.023, 0.118)).y), 0.0)) - 0.012), -((length(p141) - 0.062)))), min(min(((length(max(abs(p145) - vec2(0.089, 0.006), 0.0)) + min(max((abs(p145) - vec2(0.089, 0.006)).x, (abs(p145) - vec2(0.089, 0.006)).y), 0.0)) - 0.006), max(opExtrude(polygon56(p148), p147.z, 0.035), (length(p149) - 0.093))), (length(max(abs(p151) - vec2(0.05, 0.1), 0.0)) + min(max((abs(p151) - vec2(0.05, 0.1)).x, (abs(p151) - vec2(0.05, 0.1)).y), 0.0)))), max(min(min(min((length(max(abs(p155) - vec2(0.13, 0.55), 0.0)) + min(max((abs(p155) - vec2(0.13, 0.55)).x, (abs(p155) - vec2(0.13, 0.55)).y), 0.0)), polygon66(p157)), polygon69(p159)), ((length(max(abs(p161) - vec2(0.0225, 0.03), 0.0)) + min(max((abs(p161) - vec2(0.0225, 0.03)).x, (abs(p161) - vec2(0.0225, 0.03)).y), 0.0)) - 0.01)), -(sdBox3(p162, vec3(0.025, 0.15, 0.03)))));
+    return min(min(min(max(max(((length(max(abs(p135) - vec2(0.028, 0.118), 0.0)) + min(max((abs(p135) - vec2(0.028, 0.118)).x, (abs(p135) - vec2(0.028, 0.118)).y), 0.0)) - 0.012), -((length(p136) - 0.062))), -(sdBox3(p137, vec3(0.5, 0.5, 0.5)))), max(((length(max(abs(p140) - vec2(0.023, 0.118), 0.0)) + min(max((abs(p140) - vec2(0.023, 0.118)).x, (abs(p140) - vec2(0.023, 0.118)).y), 0.0)) - 0.012), -((length(p141) - 0.062)))), min(min(((length(max(abs(p145) - vec2(0.089, 0.006), 0.0)) + min(max((abs(p145) - vec2(0.089, 0.006)).x, (abs(p145) - vec2(0.089, 0.006)).y), 0.0)) - 0.006), max(opExtrude(wheel56(p148), p147.z, 0.035), (length(p149) - 0.093))), (length(max(abs(p151) - vec2(0.05, 0.1), 0.0)) + min(max((abs(p151) - vec2(0.05, 0.1)).x, (abs(p151) - vec2(0.05, 0.1)).y), 0.0)))), max(min(min(min((length(max(abs(p155) - vec2(0.13, 0.55), 0.0)) + min(max((abs(p155) - vec2(0.13, 0.55)).x, (abs(p155) - vec2(0.13, 0.55)).y), 0.0)), polygon66(p157)), polygon69(p159)), ((length(max(abs(p161) - vec2(0.0225, 0.03), 0.0)) + min(max((abs(p161) - vec2(0.0225, 0.03)).x, (abs(p161) - vec2(0.0225, 0.03)).y), 0.0)) - 0.01)), -(sdBox3(p162, vec3(0.025, 0.15, 0.03)))));
 }
 
 float part167(vec3 p) {
@@ -269,7 +271,7 @@ float part189(vec3 p) {
     vec3 p186 = p - vec3(0.0, 0.05, 0.0);
     vec3 p187 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p186;
     vec3 p188 = p187 - vec3(0.0, -0.31, -0.135);
-    return min(min(max(min(min(((length(max(abs(p173) - vec2(0.013, 0.007), 0.0)) + min(max((abs(p173) - vec2(0.013, 0.007)).x, (abs(p173) - vec2(0.013, 0.007)).y), 0.0)) - 0.005), ((length(max(abs(p175) - vec2(0.013, 0.007), 0.0)) + min(max((abs(p175) - vec2(0.013, 0.007)).x, (abs(p175) - vec2(0.013, 0.007)).y), 0.0)) - 0.005)), ((length(max(abs(p176) - vec2(0.008, 0.056), 0.0)) + min(max((abs(p176) - vec2(0.008, 0.056)).x, (abs(p176) - vec2(0.008, 0.056)).y), 0.0)) - 0.004)), -(polar179(p171))), min(min((opExtrude(polygon45(p182), p181.z, 0.025) - 0.004), (length(max(abs(p184) - vec2(0.022, 0.05), 0.0)) + min(max((abs(p184) - vec2(0.022, 0.05)).x, (abs(p184) - vec2(0.022, 0.05)).y), 0.0))), (length(p185) - 0.032))), (sdBox3(p188, vec3(0.015, 0.067, 0.022)) - 0.008));
+    return min(min(max(min(min(((length(max(abs(p173) - vec2(0.013, 0.007), 0.0)) + min(max((abs(p173) - vec2(0.013, 0.007)).x, (abs(p173) - vec2(0.013, 0.007)).y), 0.0)) - 0.005), ((length(max(abs(p175) - vec2(0.013, 0.007), 0.0)) + min(max((abs(p175) - vec2(0.013, 0.007)).x, (abs(p175) - vec2(0.013, 0.007)).y), 0.0)) - 0.005)), ((length(max(abs(p176) - vec2(0.008, 0.056), 0.0)) + min(max((abs(p176) - vec2(0.008, 0.056)).x, (abs(p176) - vec2(0.008, 0.056)).y), 0.0)) - 0.004)), -(polar179(p171))), min(min((opExtrude(wheel45(p182), p181.z, 0.025) - 0.004), (length(max(abs(p184) - vec2(0.022, 0.05), 0.0)) + min(max((abs(p184) - vec2(0.022, 0.05)).x, (abs(p184) - vec2(0.022, 0.05)).y), 0.0))), (length(p185) - 0.032))), (sdBox3(p188, vec3(0.015, 0.067, 0.022)) - 0.008));
 }
 
 float part199(vec3 p) {
@@ -301,7 +303,7 @@ float part205(vec3 p) {
     vec3 p202 = p - vec3(0.0, 0.05, 0.0);
     vec3 p203 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p202;
     vec2 p204 = vec2(length(p203.xz) - 0.0, p203.y);
-    return max(min(max(max(max((opExtrude(polygon78(p191), p190.z, 0.075) - 0.006), -(opExtrude((abs((length(p193) - 0.285)) - 0.105), p192.z, 0.03))), -(opExtrude((abs((length(p195) - 0.285)) - 0.105), p194.z, 0.03))), -(polar200(p196))), (opExtrude((length(p201) - 0.19), p190.z, 0.11) - 0.01)), -((length(max(abs(p204) - vec2(0.129, 1.5), 0.0)) + min(max((abs(p204) - vec2(0.129, 1.5)).x, (abs(p204) - vec2(0.129, 1.5)).y), 0.0))));
+    return max(min(max(max(max((opExtrude(wheel78(p191), p190.z, 0.075) - 0.006), -(opExtrude((abs((length(p193) - 0.285)) - 0.105), p192.z, 0.03))), -(opExtrude((abs((length(p195) - 0.285)) - 0.105), p194.z, 0.03))), -(polar200(p196))), (opExtrude((length(p201) - 0.19), p190.z, 0.11) - 0.01)), -((length(max(abs(p204) - vec2(0.129, 1.5), 0.0)) + min(max((abs(p204) - vec2(0.129, 1.5)).x, (abs(p204) - vec2(0.129, 1.5)).y), 0.0))));
 }
 
 float part207(vec3 p) {
@@ -406,5 +408,5 @@ float sdf(vec3 p) {
     vec3 p90 = mat3(1.0, 0.0, 0.0, 0.0, 1.11022302e-16, -1.0, 0.0, 1.0, 1.11022302e-16) * p89;
     vec2 p91 = vec2(length(p90.xz) - 0.0, p90.y);
     vec3 p92 = p - vec3(0.0, -0.555, 0.15);
-    return min(min(min(min(min(min(min(min(min(min(max(min(max(max(opSmoothUnion(opSmoothUnion((opExtrude(opSmoothUnion((length(p2) - 0.44), (length(max(abs(p3) - vec2(0.44, 0.25), 0.0)) + min(max((abs(p3) - vec2(0.44, 0.25)).x, (abs(p3) - vec2(0.44, 0.25)).y), 0.0)), 0.05), p1.z, 0.15) - 0.015), (sdBox3(p4, vec3(0.72, 0.03, 0.15)) - 0.03), 0.06), (opExtrude(polygon7(p6), p5.z, 0.035) - 0.012), 0.03), -((length(max(abs(p10) - vec2(0.345, 0.5), 0.0)) + min(max((abs(p10) - vec2(0.345, 0.5)).x, (abs(p10) - vec2(0.345, 0.5)).y), 0.0)))), -((length(max(abs(p13) - vec2(0.055, 0.2), 0.0)) + min(max((abs(p13) - vec2(0.055, 0.2)).x, (abs(p13) - vec2(0.055, 0.2)).y), 0.0)))), ((length(max(abs(p16) - vec2(0.01, 0.18), 0.0)) + min(max((abs(p16) - vec2(0.01, 0.18)).x, (abs(p16) - vec2(0.01, 0.18)).y), 0.0)) - 0.01)), -(sdBox3(p17, vec3(0.5, 0.5, 0.5)))), max(max(((length(max(abs(p20) - vec2(0.028, 0.118), 0.0)) + min(max((abs(p20) - vec2(0.028, 0.118)).x, (abs(p20) - vec2(0.028, 0.118)).y), 0.0)) - 0.012), -((length(p21) - 0.062))), -(sdBox3(p22, vec3(0.5, 0.5, 0.5))))), max(((length(max(abs(p25) - vec2(0.023, 0.118), 0.0)) + min(max((abs(p25) - vec2(0.023, 0.118)).x, (abs(p25) - vec2(0.023, 0.118)).y), 0.0)) - 0.012), -((length(p26) - 0.062)))), polar31(p28)), max(min(min(((length(max(abs(p35) - vec2(0.013, 0.007), 0.0)) + min(max((abs(p35) - vec2(0.013, 0.007)).x, (abs(p35) - vec2(0.013, 0.007)).y), 0.0)) - 0.005), ((length(max(abs(p37) - vec2(0.013, 0.007), 0.0)) + min(max((abs(p37) - vec2(0.013, 0.007)).x, (abs(p37) - vec2(0.013, 0.007)).y), 0.0)) - 0.005)), ((length(max(abs(p38) - vec2(0.008, 0.056), 0.0)) + min(max((abs(p38) - vec2(0.008, 0.056)).x, (abs(p38) - vec2(0.008, 0.056)).y), 0.0)) - 0.004)), -(polar41(p33)))), min(min((opExtrude(polygon45(p44), p43.z, 0.025) - 0.004), (length(max(abs(p47) - vec2(0.022, 0.05), 0.0)) + min(max((abs(p47) - vec2(0.022, 0.05)).x, (abs(p47) - vec2(0.022, 0.05)).y), 0.0))), (length(p48) - 0.032))), min(min(((length(max(abs(p52) - vec2(0.089, 0.006), 0.0)) + min(max((abs(p52) - vec2(0.089, 0.006)).x, (abs(p52) - vec2(0.089, 0.006)).y), 0.0)) - 0.006), max(opExtrude(polygon56(p55), p54.z, 0.035), (length(p57) - 0.093))), (length(max(abs(p59) - vec2(0.05, 0.1), 0.0)) + min(max((abs(p59) - vec2(0.05, 0.1)).x, (abs(p59) - vec2(0.05, 0.1)).y), 0.0)))), max(min(min(min((length(max(abs(p63) - vec2(0.13, 0.55), 0.0)) + min(max((abs(p63) - vec2(0.13, 0.55)).x, (abs(p63) - vec2(0.13, 0.55)).y), 0.0)), polygon66(p65)), polygon69(p68)), ((length(max(abs(p71) - vec2(0.0225, 0.03), 0.0)) + min(max((abs(p71) - vec2(0.0225, 0.03)).x, (abs(p71) - vec2(0.0225, 0.03)).y), 0.0)) - 0.01)), -(sdBox3(p72, vec3(0.025, 0.15, 0.03))))), (sdBox3(p75, vec3(0.015, 0.067, 0.022)) - 0.008)), max(min(max(max(max((opExtrude(polygon78(p77), p76.z, 0.075) - 0.006), -(opExtrude((abs((length(p80) - 0.285)) - 0.105), p79.z, 0.03))), -(opExtrude((abs((length(p82) - 0.285)) - 0.105), p81.z, 0.03))), -(polar87(p83))), (opExtrude((length(p88) - 0.19), p76.z, 0.11) - 0.01)), -((length(max(abs(p91) - vec2(0.129, 1.5), 0.0)) + min(max((abs(p91) - vec2(0.129, 1.5)).x, (abs(p91) - vec2(0.129, 1.5)).y), 0.0))))), (sdBox3(p92, vec3(0.87, 0.005, 0.62)) - 0.03));
+    return min(min(min(min(min(min(min(min(min(min(max(min(max(max(opSmoothUnion(opSmoothUnion((opExtrude(opSmoothUnion((length(p2) - 0.44), (length(max(abs(p3) - vec2(0.44, 0.25), 0.0)) + min(max((abs(p3) - vec2(0.44, 0.25)).x, (abs(p3) - vec2(0.44, 0.25)).y), 0.0)), 0.05), p1.z, 0.15) - 0.015), (sdBox3(p4, vec3(0.72, 0.03, 0.15)) - 0.03), 0.06), (opExtrude(polygon7(p6), p5.z, 0.035) - 0.012), 0.03), -((length(max(abs(p10) - vec2(0.345, 0.5), 0.0)) + min(max((abs(p10) - vec2(0.345, 0.5)).x, (abs(p10) - vec2(0.345, 0.5)).y), 0.0)))), -((length(max(abs(p13) - vec2(0.055, 0.2), 0.0)) + min(max((abs(p13) - vec2(0.055, 0.2)).x, (abs(p13) - vec2(0.055, 0.2)).y), 0.0)))), ((length(max(abs(p16) - vec2(0.01, 0.18), 0.0)) + min(max((abs(p16) - vec2(0.01, 0.18)).x, (abs(p16) - vec2(0.01, 0.18)).y), 0.0)) - 0.01)), -(sdBox3(p17, vec3(0.5, 0.5, 0.5)))), max(max(((length(max(abs(p20) - vec2(0.028, 0.118), 0.0)) + min(max((abs(p20) - vec2(0.028, 0.118)).x, (abs(p20) - vec2(0.028, 0.118)).y), 0.0)) - 0.012), -((length(p21) - 0.062))), -(sdBox3(p22, vec3(0.5, 0.5, 0.5))))), max(((length(max(abs(p25) - vec2(0.023, 0.118), 0.0)) + min(max((abs(p25) - vec2(0.023, 0.118)).x, (abs(p25) - vec2(0.023, 0.118)).y), 0.0)) - 0.012), -((length(p26) - 0.062)))), polar31(p28)), max(min(min(((length(max(abs(p35) - vec2(0.013, 0.007), 0.0)) + min(max((abs(p35) - vec2(0.013, 0.007)).x, (abs(p35) - vec2(0.013, 0.007)).y), 0.0)) - 0.005), ((length(max(abs(p37) - vec2(0.013, 0.007), 0.0)) + min(max((abs(p37) - vec2(0.013, 0.007)).x, (abs(p37) - vec2(0.013, 0.007)).y), 0.0)) - 0.005)), ((length(max(abs(p38) - vec2(0.008, 0.056), 0.0)) + min(max((abs(p38) - vec2(0.008, 0.056)).x, (abs(p38) - vec2(0.008, 0.056)).y), 0.0)) - 0.004)), -(polar41(p33)))), min(min((opExtrude(wheel45(p44), p43.z, 0.025) - 0.004), (length(max(abs(p47) - vec2(0.022, 0.05), 0.0)) + min(max((abs(p47) - vec2(0.022, 0.05)).x, (abs(p47) - vec2(0.022, 0.05)).y), 0.0))), (length(p48) - 0.032))), min(min(((length(max(abs(p52) - vec2(0.089, 0.006), 0.0)) + min(max((abs(p52) - vec2(0.089, 0.006)).x, (abs(p52) - vec2(0.089, 0.006)).y), 0.0)) - 0.006), max(opExtrude(wheel56(p55), p54.z, 0.035), (length(p57) - 0.093))), (length(max(abs(p59) - vec2(0.05, 0.1), 0.0)) + min(max((abs(p59) - vec2(0.05, 0.1)).x, (abs(p59) - vec2(0.05, 0.1)).y), 0.0)))), max(min(min(min((length(max(abs(p63) - vec2(0.13, 0.55), 0.0)) + min(max((abs(p63) - vec2(0.13, 0.55)).x, (abs(p63) - vec2(0.13, 0.55)).y), 0.0)), polygon66(p65)), polygon69(p68)), ((length(max(abs(p71) - vec2(0.0225, 0.03), 0.0)) + min(max((abs(p71) - vec2(0.0225, 0.03)).x, (abs(p71) - vec2(0.0225, 0.03)).y), 0.0)) - 0.01)), -(sdBox3(p72, vec3(0.025, 0.15, 0.03))))), (sdBox3(p75, vec3(0.015, 0.067, 0.022)) - 0.008)), max(min(max(max(max((opExtrude(wheel78(p77), p76.z, 0.075) - 0.006), -(opExtrude((abs((length(p80) - 0.285)) - 0.105), p79.z, 0.03))), -(opExtrude((abs((length(p82) - 0.285)) - 0.105), p81.z, 0.03))), -(polar87(p83))), (opExtrude((length(p88) - 0.19), p76.z, 0.11) - 0.01)), -((length(max(abs(p91) - vec2(0.129, 1.5), 0.0)) + min(max((abs(p91) - vec2(0.129, 1.5)).x, (abs(p91) - vec2(0.129, 1.5)).y), 0.0))))), (sdBox3(p92, vec3(0.87, 0.005, 0.62)) - 0.03));
 }

@@ -4,6 +4,7 @@ Straight-sided shapes are polygons, whose distance is exact: the nearest edge gi
 """
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -59,12 +60,40 @@ def polygon(points: Sequence[Vector] | np.ndarray) -> Shape2:
     return Shape2(write, (corners.min(axis=0), corners.max(axis=0)))
 
 
+def _wheel(count: int, chain: Sequence[tuple[float, float]], up: bool = True) -> Shape2:
+    """`count` times the sector of which `chain`, (radius, angle) from 0 to pi / count, is half; its first corner on +y or +x.
+
+    Folding into that half moves no two points apart (it mirrors), so the distance there is that of the whole.
+    """
+    if count < 2:
+        raise SdfprtError(f"csg: a shape that repeats about a point does so twice or more, not {count} times")
+    corners = np.array([(r * np.cos(a), r * np.sin(a)) for r, a in chain])
+    lines = [
+        "float NAME(vec2 p) {",
+        f"    float turn = {'atan(-p.x, p.y)' if up else 'atan(p.y, p.x)'}, sector = {number(2 * np.pi / count)};",
+        "    turn = abs(turn - sector * round(turn / sector));",
+        "    vec2 q = length(p) * vec2(cos(turn), sin(turn)), to, away;",
+        "    float d = 1e9, side = 0.0;",
+    ]
+    for a, b in pairwise(corners):
+        edge = b - a
+        lines += [
+            f"    to = q - {vector(a)};",
+            f"    away = to - {vector(edge)} * clamp(dot(to, {vector(edge / (edge @ edge))}), 0.0, 1.0);",
+            "    d = min(d, dot(away, away));",
+            f"    if (q.y * {number(a[0])} >= q.x * {number(a[1])}) side = dot(to, {vector((edge[1], -edge[0]))});",
+        ]
+    lines += ["    return sign(side) * sqrt(d);", "}"]
+    text, reach = "\n".join(lines), float(np.linalg.norm(corners, axis=1).max())
+    return Shape2(lambda w, p: f"{w.once('wheel', text)}({p})", (np.full(2, -reach), np.full(2, reach)))
+
+
 def regular_polygon(sides: int = 6, radius: float = 0.5) -> Shape2:
     """`sides` equal sides, corners at `radius`, one of them up."""
     if sides < 3:
         raise SdfprtError(f"csg: a regular polygon has three sides or more, not {sides}")
-    angle = np.pi / 2 + 2 * np.pi * np.arange(sides) / sides
-    return polygon(radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+    turn = np.pi / sides
+    return _wheel(sides, [(radius, 0), (radius * np.cos(turn), turn)])
 
 
 def hexagon(radius: float = 0.5) -> Shape2:
@@ -113,9 +142,7 @@ def rhombus(width: float = 1.0, height: float = 0.6) -> Shape2:
 
 def star(points: int = 5, radius: float = 0.5, inner: float = 0.2) -> Shape2:
     """A star with tips at `radius` and notches at `inner`, one tip up."""
-    angle = np.pi / 2 + np.pi * np.arange(2 * points) / points
-    reach = np.where(np.arange(2 * points) % 2 == 0, radius, inner)
-    return polygon(reach[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+    return _wheel(points, [(radius, 0), (inner, np.pi / points)])
 
 
 def cross(size: float = 1.0, width: float = 0.3) -> Shape2:
@@ -138,10 +165,10 @@ def arrow(length: float = 1.0, shaft: float = 0.2, head: float = 0.5) -> Shape2:
 
 def gear(teeth: int = 12, radius: float = 0.5, depth: float = 0.1) -> Shape2:
     """A toothed wheel with tips at `radius`; teeth and gaps are equally wide at the middle of their depth."""
-    step = 2 * np.pi / teeth
-    angle = np.concatenate([step * i + step * np.array([-0.2, 0.2, 0.3, 0.7]) for i in range(teeth)])
-    reach = np.tile([radius, radius, radius - depth, radius - depth], teeth)
-    return polygon(reach[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+    step, root = 2 * np.pi / teeth, radius - depth
+    middle = np.cos(0.2 * step)  # of a chord, nearer than its ends
+    chain = [(radius * middle, 0), (radius, 0.2 * step), (root, 0.3 * step), (root * middle, 0.5 * step)]
+    return _wheel(teeth, chain, up=False)
 
 
 def segment(a: Vector = (-0.4, 0), b: Vector = (0.4, 0), radius: float = 0.1) -> Shape2:

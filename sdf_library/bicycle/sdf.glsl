@@ -10,7 +10,7 @@ float wheel20(vec2 p) {
     to = q - vec2(0.087922809, 0.0);
     away = to - vec2(0.0, 0.00368505753) * clamp(dot(to, vec2(0.0, 271.366184)), 0.0, 1.0);
     d = min(d, dot(away, away));
-    if (q.y * 0.087922809 >= q.x * 0.0) side = dot(to, vec2(0.00368505753, -0.0));
+    if (q.y * 0.087922809 >= q.x * 0.0) side = dot(to, vec2(0.00368505753, 0.0));
     to = q - vec2(0.087922809, 0.00368505753);
     away = to - vec2(-0.0100767242, 0.001212603) * clamp(dot(to, vec2(-97.8220386, 11.7716129)), 0.0, 1.0);
     d = min(d, dot(away, away));
@@ -22,17 +22,25 @@ float wheel20(vec2 p) {
     return sign(side) * sqrt(d);
 }
 
-const vec2 polygon35Corners[4] = vec2[4](vec2(0.0, -0.035), vec2(0.032, -0.03), vec2(0.04, 0.02), vec2(0.0, 0.03));
 float polygon35(vec2 p) {
+    vec2 to, away;
     float d = 1e9, side = 1.0;
-    for (int i = 0; i < 4; i++) {
-        vec2 a = polygon35Corners[i], b = polygon35Corners[(i + 1) % 4];
-        vec2 edge = b - a, q = p - a;
-        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
-        d = min(d, dot(away, away));
-        bool crosses = (a.y > p.y) != (b.y > p.y);
-        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
-    }
+    to = p - vec2(0.0, -0.035);
+    away = to - vec2(0.032, 0.005) * clamp(dot(to, vec2(30.5052431, 4.76644423)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    if (p.y >= -0.035 && p.y < -0.03 && dot(to, vec2(0.005, -0.032)) < 0.0) side = -side;
+    to = p - vec2(0.032, -0.03);
+    away = to - vec2(0.008, 0.05) * clamp(dot(to, vec2(3.1201248, 19.50078)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    if (p.y >= -0.03 && p.y < 0.02 && dot(to, vec2(0.05, -0.008)) < 0.0) side = -side;
+    to = p - vec2(0.04, 0.02);
+    away = to - vec2(-0.04, 0.01) * clamp(dot(to, vec2(-23.5294118, 5.88235294)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    if (p.y >= 0.02 && p.y < 0.03 && dot(to, vec2(0.01, 0.04)) < 0.0) side = -side;
+    to = p - vec2(0.0, 0.03);
+    away = to - vec2(0.0, -0.065) * clamp(dot(to, vec2(0.0, -15.3846154)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    if (p.y >= -0.035 && p.y < 0.03 && dot(to, vec2(-0.065, 0.0)) > 0.0) side = -side;
     return side * sqrt(d);
 }
 
@@ -41,12 +49,13 @@ float part39(vec3 p) {
 }
 
 float polar40(vec3 p) {
-    float sector = 0.698131701;
-    float home = round(atan(p.z, p.x) / sector);
-    float d = 1e9;
-    for (int i = -1; i <= 1; i++) {
-        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part39(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    float home = round(atan(p.z, p.x) * 1.43239449) * 0.698131701;
+    float c = cos(home), s = sin(home);
+    vec3 q = vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x);
+    float d = part39(q);
+    for (int i = 0; i < 2; i++) {
+        float k = 0.766044443, h = i == 0 ? 0.64278761 : -0.64278761;
+        d = min(d, part39(vec3(k * q.x + h * q.z, q.y, k * q.z - h * q.x)));
     }
     return d;
 }
@@ -57,12 +66,13 @@ float part42(vec3 p) {
 }
 
 float polar43(vec3 p) {
-    float sector = 0.698131701;
-    float home = round(atan(p.z, p.x) / sector);
-    float d = 1e9;
-    for (int i = -1; i <= 1; i++) {
-        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part42(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    float home = round(atan(p.z, p.x) * 1.43239449) * 0.698131701;
+    float c = cos(home), s = sin(home);
+    vec3 q = vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x);
+    float d = part42(q);
+    for (int i = 0; i < 2; i++) {
+        float k = 0.766044443, h = i == 0 ? 0.64278761 : -0.64278761;
+        d = min(d, part42(vec3(k * q.x + h * q.z, q.y, k * q.z - h * q.x)));
     }
     return d;
 }
@@ -72,12 +82,13 @@ float part48(vec3 p) {
 }
 
 float polar49(vec3 p) {
-    float sector = 0.698131701;
-    float home = round(atan(p.z, p.x) / sector);
-    float d = 1e9;
-    for (int i = -1; i <= 1; i++) {
-        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part48(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    float home = round(atan(p.z, p.x) * 1.43239449) * 0.698131701;
+    float c = cos(home), s = sin(home);
+    vec3 q = vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x);
+    float d = part48(q);
+    for (int i = 0; i < 2; i++) {
+        float k = 0.766044443, h = i == 0 ? 0.64278761 : -0.64278761;
+        d = min(d, part48(vec3(k * q.x + h * q.z, q.y, k * q.z - h * q.x)));
     }
     return d;
 }
@@ -88,12 +99,13 @@ float part51(vec3 p) {
 }
 
 float polar52(vec3 p) {
-    float sector = 0.698131701;
-    float home = round(atan(p.z, p.x) / sector);
-    float d = 1e9;
-    for (int i = -1; i <= 1; i++) {
-        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part51(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    float home = round(atan(p.z, p.x) * 1.43239449) * 0.698131701;
+    float c = cos(home), s = sin(home);
+    vec3 q = vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x);
+    float d = part51(q);
+    for (int i = 0; i < 2; i++) {
+        float k = 0.766044443, h = i == 0 ? 0.64278761 : -0.64278761;
+        d = min(d, part51(vec3(k * q.x + h * q.z, q.y, k * q.z - h * q.x)));
     }
     return d;
 }
@@ -127,12 +139,13 @@ float part124(vec3 p) {
 }
 
 float polar125(vec3 p) {
-    float sector = 0.698131701;
-    float home = round(atan(p.z, p.x) / sector);
-    float d = 1e9;
-    for (int i = -1; i <= 1; i++) {
-        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part124(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    float home = round(atan(p.z, p.x) * 1.43239449) * 0.698131701;
+    float c = cos(home), s = sin(home);
+    vec3 q = vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x);
+    float d = part124(q);
+    for (int i = 0; i < 2; i++) {
+        float k = 0.766044443, h = i == 0 ? 0.64278761 : -0.64278761;
+        d = min(d, part124(vec3(k * q.x + h * q.z, q.y, k * q.z - h * q.x)));
     }
     return d;
 }
@@ -143,12 +156,13 @@ float part127(vec3 p) {
 }
 
 float polar128(vec3 p) {
-    float sector = 0.698131701;
-    float home = round(atan(p.z, p.x) / sector);
-    float d = 1e9;
-    for (int i = -1; i <= 1; i++) {
-        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part127(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    float home = round(atan(p.z, p.x) * 1.43239449) * 0.698131701;
+    float c = cos(home), s = sin(home);
+    vec3 q = vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x);
+    float d = part127(q);
+    for (int i = 0; i < 2; i++) {
+        float k = 0.766044443, h = i == 0 ? 0.64278761 : -0.64278761;
+        d = min(d, part127(vec3(k * q.x + h * q.z, q.y, k * q.z - h * q.x)));
     }
     return d;
 }
@@ -158,12 +172,13 @@ float part133(vec3 p) {
 }
 
 float polar134(vec3 p) {
-    float sector = 0.698131701;
-    float home = round(atan(p.z, p.x) / sector);
-    float d = 1e9;
-    for (int i = -1; i <= 1; i++) {
-        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part133(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    float home = round(atan(p.z, p.x) * 1.43239449) * 0.698131701;
+    float c = cos(home), s = sin(home);
+    vec3 q = vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x);
+    float d = part133(q);
+    for (int i = 0; i < 2; i++) {
+        float k = 0.766044443, h = i == 0 ? 0.64278761 : -0.64278761;
+        d = min(d, part133(vec3(k * q.x + h * q.z, q.y, k * q.z - h * q.x)));
     }
     return d;
 }
@@ -174,12 +189,13 @@ float part136(vec3 p) {
 }
 
 float polar137(vec3 p) {
-    float sector = 0.698131701;
-    float home = round(atan(p.z, p.x) / sector);
-    float d = 1e9;
-    for (int i = -1; i <= 1; i++) {
-        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part136(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    float home = round(atan(p.z, p.x) * 1.43239449) * 0.698131701;
+    float c = cos(home), s = sin(home);
+    vec3 q = vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x);
+    float d = part136(q);
+    for (int i = 0; i < 2; i++) {
+        float k = 0.766044443, h = i == 0 ? 0.64278761 : -0.64278761;
+        d = min(d, part136(vec3(k * q.x + h * q.z, q.y, k * q.z - h * q.x)));
     }
     return d;
 }

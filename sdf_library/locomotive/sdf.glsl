@@ -2,31 +2,43 @@
 #include "lib/solids.glsl"
 #include "lib/operators.glsl"
 
-const vec2 polygon13Corners[4] = vec2[4](vec2(-0.09, -0.03), vec2(0.09, -0.03), vec2(0.062, 0.03), vec2(-0.062, 0.03));
 float polygon13(vec2 p) {
+    vec2 to, away;
     float d = 1e9, side = 1.0;
-    for (int i = 0; i < 4; i++) {
-        vec2 a = polygon13Corners[i], b = polygon13Corners[(i + 1) % 4];
-        vec2 edge = b - a, q = p - a;
-        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
-        d = min(d, dot(away, away));
-        bool crosses = (a.y > p.y) != (b.y > p.y);
-        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
-    }
+    to = p - vec2(-0.09, -0.03);
+    away = to - vec2(0.18, 0.0) * clamp(dot(to, vec2(5.55555556, 0.0)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    to = p - vec2(0.09, -0.03);
+    away = to - vec2(-0.028, 0.06) * clamp(dot(to, vec2(-6.38686131, 13.6861314)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    if (p.y >= -0.03 && p.y < 0.03 && dot(to, vec2(0.06, 0.028)) < 0.0) side = -side;
+    to = p - vec2(0.062, 0.03);
+    away = to - vec2(-0.124, 0.0) * clamp(dot(to, vec2(-8.06451613, 0.0)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    to = p - vec2(-0.062, 0.03);
+    away = to - vec2(-0.028, -0.06) * clamp(dot(to, vec2(-6.38686131, -13.6861314)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    if (p.y >= -0.03 && p.y < 0.03 && dot(to, vec2(-0.06, 0.028)) > 0.0) side = -side;
     return side * sqrt(d);
 }
 
-const vec2 polygon16Corners[4] = vec2[4](vec2(-0.058, -0.1), vec2(0.058, -0.1), vec2(0.07, 0.1), vec2(-0.07, 0.1));
 float polygon16(vec2 p) {
+    vec2 to, away;
     float d = 1e9, side = 1.0;
-    for (int i = 0; i < 4; i++) {
-        vec2 a = polygon16Corners[i], b = polygon16Corners[(i + 1) % 4];
-        vec2 edge = b - a, q = p - a;
-        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
-        d = min(d, dot(away, away));
-        bool crosses = (a.y > p.y) != (b.y > p.y);
-        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
-    }
+    to = p - vec2(-0.058, -0.1);
+    away = to - vec2(0.116, 0.0) * clamp(dot(to, vec2(8.62068966, 0.0)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    to = p - vec2(0.058, -0.1);
+    away = to - vec2(0.012, 0.2) * clamp(dot(to, vec2(0.298923874, 4.98206457)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    if (p.y >= -0.1 && p.y < 0.1 && dot(to, vec2(0.2, -0.012)) < 0.0) side = -side;
+    to = p - vec2(0.07, 0.1);
+    away = to - vec2(-0.14, 0.0) * clamp(dot(to, vec2(-7.14285714, 0.0)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    to = p - vec2(-0.07, 0.1);
+    away = to - vec2(0.012, -0.2) * clamp(dot(to, vec2(0.298923874, -4.98206457)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    if (p.y >= -0.1 && p.y < 0.1 && dot(to, vec2(-0.2, -0.012)) > 0.0) side = -side;
     return side * sqrt(d);
 }
 
@@ -35,12 +47,13 @@ float part29(vec3 p) {
 }
 
 float polar30(vec3 p) {
-    float sector = 0.628318531;
-    float home = round(atan(p.z, p.x) / sector);
-    float d = 1e9;
-    for (int i = -1; i <= 1; i++) {
-        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part29(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    float home = round(atan(p.z, p.x) * 1.59154943) * 0.628318531;
+    float c = cos(home), s = sin(home);
+    vec3 q = vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x);
+    float d = part29(q);
+    for (int i = 0; i < 2; i++) {
+        float k = 0.809016994, h = i == 0 ? 0.587785252 : -0.587785252;
+        d = min(d, part29(vec3(k * q.x + h * q.z, q.y, k * q.z - h * q.x)));
     }
     return d;
 }
@@ -50,12 +63,13 @@ float part39(vec3 p) {
 }
 
 float polar40(vec3 p) {
-    float sector = 0.628318531;
-    float home = round(atan(p.z, p.x) / sector);
-    float d = 1e9;
-    for (int i = -1; i <= 1; i++) {
-        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part39(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    float home = round(atan(p.z, p.x) * 1.59154943) * 0.628318531;
+    float c = cos(home), s = sin(home);
+    vec3 q = vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x);
+    float d = part39(q);
+    for (int i = 0; i < 2; i++) {
+        float k = 0.809016994, h = i == 0 ? 0.587785252 : -0.587785252;
+        d = min(d, part39(vec3(k * q.x + h * q.z, q.y, k * q.z - h * q.x)));
     }
     return d;
 }
@@ -65,12 +79,13 @@ float part49(vec3 p) {
 }
 
 float polar50(vec3 p) {
-    float sector = 0.628318531;
-    float home = round(atan(p.z, p.x) / sector);
-    float d = 1e9;
-    for (int i = -1; i <= 1; i++) {
-        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part49(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    float home = round(atan(p.z, p.x) * 1.59154943) * 0.628318531;
+    float c = cos(home), s = sin(home);
+    vec3 q = vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x);
+    float d = part49(q);
+    for (int i = 0; i < 2; i++) {
+        float k = 0.809016994, h = i == 0 ? 0.587785252 : -0.587785252;
+        d = min(d, part49(vec3(k * q.x + h * q.z, q.y, k * q.z - h * q.x)));
     }
     return d;
 }
@@ -94,12 +109,13 @@ float part240(vec3 p) {
 }
 
 float polar241(vec3 p) {
-    float sector = 0.628318531;
-    float home = round(atan(p.z, p.x) / sector);
-    float d = 1e9;
-    for (int i = -1; i <= 1; i++) {
-        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part240(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    float home = round(atan(p.z, p.x) * 1.59154943) * 0.628318531;
+    float c = cos(home), s = sin(home);
+    vec3 q = vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x);
+    float d = part240(q);
+    for (int i = 0; i < 2; i++) {
+        float k = 0.809016994, h = i == 0 ? 0.587785252 : -0.587785252;
+        d = min(d, part240(vec3(k * q.x + h * q.z, q.y, k * q.z - h * q.x)));
     }
     return d;
 }
@@ -109,12 +125,13 @@ float part250(vec3 p) {
 }
 
 float polar251(vec3 p) {
-    float sector = 0.628318531;
-    float home = round(atan(p.z, p.x) / sector);
-    float d = 1e9;
-    for (int i = -1; i <= 1; i++) {
-        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part250(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    float home = round(atan(p.z, p.x) * 1.59154943) * 0.628318531;
+    float c = cos(home), s = sin(home);
+    vec3 q = vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x);
+    float d = part250(q);
+    for (int i = 0; i < 2; i++) {
+        float k = 0.809016994, h = i == 0 ? 0.587785252 : -0.587785252;
+        d = min(d, part250(vec3(k * q.x + h * q.z, q.y, k * q.z - h * q.x)));
     }
     return d;
 }
@@ -124,12 +141,13 @@ float part260(vec3 p) {
 }
 
 float polar261(vec3 p) {
-    float sector = 0.628318531;
-    float home = round(atan(p.z, p.x) / sector);
-    float d = 1e9;
-    for (int i = -1; i <= 1; i++) {
-        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part260(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    float home = round(atan(p.z, p.x) * 1.59154943) * 0.628318531;
+    float c = cos(home), s = sin(home);
+    vec3 q = vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x);
+    float d = part260(q);
+    for (int i = 0; i < 2; i++) {
+        float k = 0.809016994, h = i == 0 ? 0.587785252 : -0.587785252;
+        d = min(d, part260(vec3(k * q.x + h * q.z, q.y, k * q.z - h * q.x)));
     }
     return d;
 }

@@ -1,17 +1,20 @@
 #include "lib/operators.glsl"
 #include "lib/solids.glsl"
 
-const vec2 polygon7Corners[3] = vec2[3](vec2(0.4, -0.46), vec2(0.55, -0.46), vec2(0.4, -0.1));
 float polygon7(vec2 p) {
+    vec2 to, away;
     float d = 1e9, side = 1.0;
-    for (int i = 0; i < 3; i++) {
-        vec2 a = polygon7Corners[i], b = polygon7Corners[(i + 1) % 3];
-        vec2 edge = b - a, q = p - a;
-        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
-        d = min(d, dot(away, away));
-        bool crosses = (a.y > p.y) != (b.y > p.y);
-        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
-    }
+    to = p - vec2(0.4, -0.46);
+    away = to - vec2(0.15, 0.0) * clamp(dot(to, vec2(6.66666667, 0.0)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    to = p - vec2(0.55, -0.46);
+    away = to - vec2(-0.15, 0.36) * clamp(dot(to, vec2(-0.986193294, 2.36686391)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    if (p.y >= -0.46 && p.y < -0.1 && dot(to, vec2(0.36, 0.15)) < 0.0) side = -side;
+    to = p - vec2(0.4, -0.1);
+    away = to - vec2(0.0, -0.36) * clamp(dot(to, vec2(0.0, -2.77777778)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    if (p.y >= -0.46 && p.y < -0.1 && dot(to, vec2(-0.36, 0.0)) > 0.0) side = -side;
     return side * sqrt(d);
 }
 
@@ -21,12 +24,13 @@ float part30(vec3 p) {
 }
 
 float polar31(vec3 p) {
-    float sector = 0.698131701;
-    float home = round(atan(p.z, p.x) / sector);
-    float d = 1e9;
-    for (int i = -1; i <= 1; i++) {
-        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part30(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    float home = round(atan(p.z, p.x) * 1.43239449) * 0.698131701;
+    float c = cos(home), s = sin(home);
+    vec3 q = vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x);
+    float d = part30(q);
+    for (int i = 0; i < 2; i++) {
+        float k = 0.766044443, h = i == 0 ? 0.64278761 : -0.64278761;
+        d = min(d, part30(vec3(k * q.x + h * q.z, q.y, k * q.z - h * q.x)));
     }
     return d;
 }
@@ -37,12 +41,13 @@ float part40(vec3 p) {
 }
 
 float polar41(vec3 p) {
-    float sector = 0.698131701;
-    float home = round(atan(p.z, p.x) / sector);
-    float d = 1e9;
-    for (int i = -1; i <= 1; i++) {
-        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part40(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    float home = round(atan(p.z, p.x) * 1.43239449) * 0.698131701;
+    float c = cos(home), s = sin(home);
+    vec3 q = vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x);
+    float d = part40(q);
+    for (int i = 0; i < 2; i++) {
+        float k = 0.766044443, h = i == 0 ? 0.64278761 : -0.64278761;
+        d = min(d, part40(vec3(k * q.x + h * q.z, q.y, k * q.z - h * q.x)));
     }
     return d;
 }
@@ -71,31 +76,43 @@ float wheel56(vec2 p) {
     return sign(side) * sqrt(d);
 }
 
-const vec2 polygon66Corners[4] = vec2[4](vec2(-0.13, -0.01), vec2(0.13, -0.01), vec2(0.11, 0.01), vec2(-0.11, 0.01));
 float polygon66(vec2 p) {
+    vec2 to, away;
     float d = 1e9, side = 1.0;
-    for (int i = 0; i < 4; i++) {
-        vec2 a = polygon66Corners[i], b = polygon66Corners[(i + 1) % 4];
-        vec2 edge = b - a, q = p - a;
-        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
-        d = min(d, dot(away, away));
-        bool crosses = (a.y > p.y) != (b.y > p.y);
-        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
-    }
+    to = p - vec2(-0.13, -0.01);
+    away = to - vec2(0.26, 0.0) * clamp(dot(to, vec2(3.84615385, 0.0)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    to = p - vec2(0.13, -0.01);
+    away = to - vec2(-0.02, 0.02) * clamp(dot(to, vec2(-25.0, 25.0)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    if (p.y >= -0.01 && p.y < 0.01 && dot(to, vec2(0.02, 0.02)) < 0.0) side = -side;
+    to = p - vec2(0.11, 0.01);
+    away = to - vec2(-0.22, 0.0) * clamp(dot(to, vec2(-4.54545455, 0.0)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    to = p - vec2(-0.11, 0.01);
+    away = to - vec2(-0.02, -0.02) * clamp(dot(to, vec2(-25.0, -25.0)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    if (p.y >= -0.01 && p.y < 0.01 && dot(to, vec2(-0.02, 0.02)) > 0.0) side = -side;
     return side * sqrt(d);
 }
 
-const vec2 polygon69Corners[4] = vec2[4](vec2(-0.11, -0.01), vec2(0.11, -0.01), vec2(0.13, 0.01), vec2(-0.13, 0.01));
 float polygon69(vec2 p) {
+    vec2 to, away;
     float d = 1e9, side = 1.0;
-    for (int i = 0; i < 4; i++) {
-        vec2 a = polygon69Corners[i], b = polygon69Corners[(i + 1) % 4];
-        vec2 edge = b - a, q = p - a;
-        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);
-        d = min(d, dot(away, away));
-        bool crosses = (a.y > p.y) != (b.y > p.y);
-        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;
-    }
+    to = p - vec2(-0.11, -0.01);
+    away = to - vec2(0.22, 0.0) * clamp(dot(to, vec2(4.54545455, 0.0)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    to = p - vec2(0.11, -0.01);
+    away = to - vec2(0.02, 0.02) * clamp(dot(to, vec2(25.0, 25.0)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    if (p.y >= -0.01 && p.y < 0.01 && dot(to, vec2(0.02, -0.02)) < 0.0) side = -side;
+    to = p - vec2(0.13, 0.01);
+    away = to - vec2(-0.26, 0.0) * clamp(dot(to, vec2(-3.84615385, 0.0)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    to = p - vec2(-0.13, 0.01);
+    away = to - vec2(0.02, -0.02) * clamp(dot(to, vec2(25.0, -25.0)), 0.0, 1.0);
+    d = min(d, dot(away, away));
+    if (p.y >= -0.01 && p.y < 0.01 && dot(to, vec2(-0.02, -0.02)) > 0.0) side = -side;
     return side * sqrt(d);
 }
 
@@ -107,7 +124,7 @@ float wheel78(vec2 p) {
     to = q - vec2(0.499416113, 0.0);
     away = to - vec2(0.0, 0.0241566898) * clamp(dot(to, vec2(0.0, 41.3964003)), 0.0, 1.0);
     d = min(d, dot(away, away));
-    if (q.y * 0.499416113 >= q.x * 0.0) side = dot(to, vec2(0.0241566898, -0.0));
+    if (q.y * 0.499416113 >= q.x * 0.0) side = dot(to, vec2(0.0241566898, 0.0));
     to = q - vec2(0.499416113, 0.0241566898);
     away = to - vec2(-0.0755325248, 0.00662810031) * clamp(dot(to, vec2(-13.1381613, 1.15289475)), 0.0, 1.0);
     d = min(d, dot(away, away));
@@ -126,12 +143,13 @@ float part86(vec3 p) {
 }
 
 float polar87(vec3 p) {
-    float sector = 1.04719755;
-    float home = round(atan(p.z, p.x) / sector);
-    float d = 1e9;
-    for (int i = -1; i <= 1; i++) {
-        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part86(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    float home = round(atan(p.z, p.x) * 0.954929659) * 1.04719755;
+    float c = cos(home), s = sin(home);
+    vec3 q = vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x);
+    float d = part86(q);
+    for (int i = 0; i < 2; i++) {
+        float k = 0.5, h = i == 0 ? 0.866025404 : -0.866025404;
+        d = min(d, part86(vec3(k * q.x + h * q.z, q.y, k * q.z - h * q.x)));
     }
     return d;
 }
@@ -222,12 +240,13 @@ float part167(vec3 p) {
 }
 
 float polar168(vec3 p) {
-    float sector = 0.698131701;
-    float home = round(atan(p.z, p.x) / sector);
-    float d = 1e9;
-    for (int i = -1; i <= 1; i++) {
-        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part167(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    float home = round(atan(p.z, p.x) * 1.43239449) * 0.698131701;
+    float c = cos(home), s = sin(home);
+    vec3 q = vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x);
+    float d = part167(q);
+    for (int i = 0; i < 2; i++) {
+        float k = 0.766044443, h = i == 0 ? 0.64278761 : -0.64278761;
+        d = min(d, part167(vec3(k * q.x + h * q.z, q.y, k * q.z - h * q.x)));
     }
     return d;
 }
@@ -244,12 +263,13 @@ float part178(vec3 p) {
 }
 
 float polar179(vec3 p) {
-    float sector = 0.698131701;
-    float home = round(atan(p.z, p.x) / sector);
-    float d = 1e9;
-    for (int i = -1; i <= 1; i++) {
-        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part178(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    float home = round(atan(p.z, p.x) * 1.43239449) * 0.698131701;
+    float c = cos(home), s = sin(home);
+    vec3 q = vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x);
+    float d = part178(q);
+    for (int i = 0; i < 2; i++) {
+        float k = 0.766044443, h = i == 0 ? 0.64278761 : -0.64278761;
+        d = min(d, part178(vec3(k * q.x + h * q.z, q.y, k * q.z - h * q.x)));
     }
     return d;
 }
@@ -281,12 +301,13 @@ float part199(vec3 p) {
 }
 
 float polar200(vec3 p) {
-    float sector = 1.04719755;
-    float home = round(atan(p.z, p.x) / sector);
-    float d = 1e9;
-    for (int i = -1; i <= 1; i++) {
-        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);
-        d = min(d, part199(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));
+    float home = round(atan(p.z, p.x) * 0.954929659) * 1.04719755;
+    float c = cos(home), s = sin(home);
+    vec3 q = vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x);
+    float d = part199(q);
+    for (int i = 0; i < 2; i++) {
+        float k = 0.5, h = i == 0 ? 0.866025404 : -0.866025404;
+        d = min(d, part199(vec3(k * q.x + h * q.z, q.y, k * q.z - h * q.x)));
     }
     return d;
 }

@@ -33,31 +33,50 @@ def polygon(points: Sequence[Vector] | np.ndarray) -> Shape2:
     corners = np.asarray(points, float)
     if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
         raise SdfprtError(f"csg: polygon needs three or more points of two numbers, got shape {corners.shape}")
-    count = len(corners)
-
-    literals = ", ".join(vector(c) for c in corners)
-    text = "\n".join(
-        [
-            f"const vec2 NAMECorners[{count}] = vec2[{count}]({literals});",
-            "float NAME(vec2 p) {",
-            "    float d = 1e9, side = 1.0;",
+    lines = ["float NAME(vec2 p) {", "    vec2 to, away;", "    float d = 1e9, side = 1.0;"]
+    if len(corners) <= _WRITTEN_OUT:
+        for a, b in pairwise([*corners, corners[0]]):
+            lines += _nearest("p", a, b)
+            if a[1] != b[1]:
+                low, high = sorted((number(a[1]), number(b[1])), key=float)
+                across = "<" if b[1] > a[1] else ">"
+                lines.append(f"    if (p.y >= {low} && p.y < {high} && {_across(a, b)} {across} 0.0) side = -side;")
+        lines += ["    return side * sqrt(d);", "}"]
+    else:
+        count = len(corners)
+        lines[:1] = [f"const vec2 NAMECorners[{count}] = vec2[{count}]({', '.join(vector(c) for c in corners)});", lines[0]]
+        lines += [
             f"    for (int i = 0; i < {count}; i++) {{",
-            f"        vec2 a = NAMECorners[i], b = NAMECorners[(i + 1) % {count}];",
-            "        vec2 edge = b - a, q = p - a;",
-            "        vec2 away = q - edge * clamp(dot(q, edge) / dot(edge, edge), 0.0, 1.0);",
+            f"        vec2 a = NAMECorners[i], edge = NAMECorners[(i + 1) % {count}] - a;",
+            "        to = p - a;",
+            "        away = to - edge * clamp(dot(to, edge) / dot(edge, edge), 0.0, 1.0);",
             "        d = min(d, dot(away, away));",
-            "        bool crosses = (a.y > p.y) != (b.y > p.y);",
-            "        if (crosses && p.x < a.x + edge.x * (p.y - a.y) / edge.y) side = -side;",
+            "        bool crosses = (to.y < 0.0) != (to.y < edge.y);",
+            "        if (crosses && (edge.y * to.x < edge.x * to.y) == (edge.y > 0.0)) side = -side;",
             "    }",
             "    return side * sqrt(d);",
             "}",
         ]
-    )
+    text = "\n".join(lines)
+    return Shape2(lambda w, p: f"{w.once('polygon', text)}({p})", (corners.min(axis=0), corners.max(axis=0)))
 
-    def write(w: Writer, p: str) -> str:
-        return f"{w.once('polygon', text)}({p})"
 
-    return Shape2(write, (corners.min(axis=0), corners.max(axis=0)))
+_WRITTEN_OUT = 16  # edges, up to which each is a line of its own
+
+
+def _nearest(p: str, a: np.ndarray, b: np.ndarray) -> list[str]:
+    """GLSL lines that make `d` the least of itself and the squared distance to an edge, `to` the way from `a`."""
+    edge = b - a
+    return [
+        f"    to = {p} - {vector(a)};",
+        f"    away = to - {vector(edge)} * clamp(dot(to, {vector(edge / (edge @ edge))}), 0.0, 1.0);",
+        "    d = min(d, dot(away, away));",
+    ]
+
+
+def _across(a: np.ndarray, b: np.ndarray) -> str:
+    """GLSL: positive to the right of an edge, `to` the way from `a`."""
+    return f"dot(to, {vector((b[1] - a[1], a[0] - b[0]))})"
 
 
 def _wheel(count: int, chain: Sequence[tuple[float, float]], up: bool = True) -> Shape2:
@@ -76,13 +95,8 @@ def _wheel(count: int, chain: Sequence[tuple[float, float]], up: bool = True) ->
         "    float d = 1e9, side = 0.0;",
     ]
     for a, b in pairwise(corners):
-        edge = b - a
-        lines += [
-            f"    to = q - {vector(a)};",
-            f"    away = to - {vector(edge)} * clamp(dot(to, {vector(edge / (edge @ edge))}), 0.0, 1.0);",
-            "    d = min(d, dot(away, away));",
-            f"    if (q.y * {number(a[0])} >= q.x * {number(a[1])}) side = dot(to, {vector((edge[1], -edge[0]))});",
-        ]
+        lines += _nearest("q", a, b)
+        lines.append(f"    if (q.y * {number(a[0])} >= q.x * {number(a[1])}) side = {_across(a, b)};")
     lines += ["    return sign(side) * sqrt(d);", "}"]
     text, reach = "\n".join(lines), float(np.linalg.norm(corners, axis=1).max())
     return Shape2(lambda w, p: f"{w.once('wheel', text)}({p})", (np.full(2, -reach), np.full(2, reach)))

@@ -338,19 +338,20 @@ class Solid(_Shape):
         reach = float(np.linalg.norm(np.abs(_corners(self.bounds))[:, [0, 2]], axis=1).max())
 
         def write(w: Writer, p: str) -> str:
-            cell = w.function("vec3", self.write)
+            cell, turn = w.function("vec3", self.write), 2 * np.pi / count
             w.names += 1
             name = f"polar{w.names}"
             w.functions.append(
                 "\n".join(
                     [
                         f"float {name}(vec3 p) {{",
-                        f"    float sector = {number(2 * np.pi / count)};",
-                        "    float home = round(atan(p.z, p.x) / sector);",
-                        "    float d = 1e9;",
-                        "    for (int i = -1; i <= 1; i++) {",
-                        "        float a = (home + float(i)) * sector, c = cos(a), s = sin(a);",
-                        f"        d = min(d, {cell}(vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x)));",
+                        f"    float home = round(atan(p.z, p.x) * {number(count / (2 * np.pi))}) * {number(turn)};",
+                        "    float c = cos(home), s = sin(home);",
+                        "    vec3 q = vec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x);",
+                        f"    float d = {cell}(q);",
+                        "    for (int i = 0; i < 2; i++) {",
+                        f"        float k = {number(np.cos(turn))}, h = i == 0 ? {number(np.sin(turn))} : {number(-np.sin(turn))};",
+                        f"        d = min(d, {cell}(vec3(k * q.x + h * q.z, q.y, k * q.z - h * q.x)));",
                         "    }",
                         "    return d;",
                         "}",

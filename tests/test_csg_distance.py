@@ -352,6 +352,10 @@ def _cases() -> dict[str, tuple[Solid, Callable[[], Body], str]]:
             made = function(**bound.arguments)
             solid = _in_plane(made) if isinstance(made, Shape2) else made
             found[f"{name}-{label}"] = (solid, lambda t=truth, a=dict(bound.arguments): t(**a), function.__doc__ or "")
+    # So many corners stand in a table
+    turn = np.linspace(0, 2 * np.pi, 40, endpoint=False)
+    many = (0.5 + 0.2 * np.sin(7 * turn))[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    found["shapes.polygon-many"] = (_in_plane(shapes.polygon(many)), lambda: flat(loop(many)), shapes.polygon.__doc__ or "")
     for name, (solid, truth) in LIBRARY.items():
         found[f"lib.{name}"] = (solid, truth, _library_comments()[name])
     return found

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from sdfprt.csg.tree import Shape2, Vector, Writer, leaf, number, vector
+from sdfprt.csg.tree import Shape2, Vector, leaf, number, vector
 from sdfprt.errors import SdfprtError
 
 

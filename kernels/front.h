@@ -3,16 +3,16 @@
 #define SDFPRT_BATCH 16
 #define SDFPRT_ROOM (SDFPRT_BATCH + 1)
 #else
-#define SDFPRT_BATCH 2048               // rays, at most
-#define SDFPRT_ROOM (SDFPRT_BATCH + 80)  // a packet more, since they are written whole, and arrays apart in the cache
+#define SDFPRT_BATCH 2048                // rays, at most
+#define SDFPRT_ROOM (SDFPRT_BATCH + 80)  // more than a packet, which is written whole; rows do not fall on the same cache lines
 #endif
 
 struct Front : Simd {
     struct Rays {
-        F x, y, z, u, v, w;   // origin, unit direction
-        F s, end, touch;      // how far along; where it leaves the bounds; distance that has met the surface
-        F before, came;       // the distance before the last step, and that step
-        I ray, sector;        // its number; of its direction, as in Lattice
+        F x, y, z, u, v, w;  // origin, unit direction
+        F s, end, touch;     // how far along it is, where it leaves the bounds, the distance that has met the surface
+        F before, came;      // how far it was free before the last step, and that step
+        I ray, sector;       // its number, and that of its direction, as in Lattice
     };
     float x[SDFPRT_ROOM], y[SDFPRT_ROOM], z[SDFPRT_ROOM], u[SDFPRT_ROOM], v[SDFPRT_ROOM], w[SDFPRT_ROOM];
     float s[SDFPRT_ROOM], end[SDFPRT_ROOM], touch[SDFPRT_ROOM], before[SDFPRT_ROOM], came[SDFPRT_ROOM];
@@ -43,7 +43,7 @@ struct Front : Simd {
         count += ones_of(keep);
     }
 
-    // Empties it to be read anew, tells how many there are. The lanes after the last stay where the first ray began.
+    // Empties it to be read anew; how many there are. Lanes after the last are where the first ray began: in the lattice.
     inline CUDA_CALLABLE int restart() {
         const int all = count;
         const F none = splat(0.0f);

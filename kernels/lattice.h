@@ -38,13 +38,13 @@ struct Lattice : Simd {
         return ~eq(gather(clear, coarse(u, v, w)) & sector, splat(0));
     }
 
-    // The cell that holds a place, found level by level: rays in between do not wait for memory
+    // The cell that holds a place, found level by level, so that many packets can wait for memory together
     struct Cell {
-        F u, v, w;         // the place
-        I low, high;       // the record
-        I clear;           // sectors in which `escape` holds
-        I next;            // the record of the finer cell, if there is one
-        F parts;           // of a coarse cell's side
+        F u, v, w;    // the place
+        I low, high;  // the record
+        I clear;      // sectors in which `escape` holds
+        I next;       // the record of the finer cell, if there is one
+        F parts;      // of a coarse cell's side
     };
     inline CUDA_CALLABLE Cell find(F u, F v, F w) const {
         Cell cell;

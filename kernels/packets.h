@@ -175,9 +175,9 @@ struct Packets : Simd {
                     const M close = lt(splat(-2.0f * lattice.error), r) & lt(r, touch + lattice.error);
                     doubt = found.rough | (lt(s, splat(0.5f)) & close);
                 }
-                // Negative is met for certain. Where the balls of this step and the one before leave a gap, go back to the end of the
-                // ball before; else step as far as the next ball will touch this one if the slope stays or, where it falls, just
-                // beyond where the ray would meet the surface
+                // Negative is met for certain. Where the balls of this step and the one before leave a gap, go back to the end of
+                // the ball before; else step as far as the next ball will touch this one if the slope stays or, where it falls,
+                // just beyond where the ray would meet the surface
                 const M gap = lt(before + r, came);
                 const M met = (lt(r, splat(0.0f)) | (lt(r, touch) & ~gap)) & ~doubt;
                 const M dive = lt(slope, splat(-0.2f));
@@ -206,8 +206,8 @@ struct Packets : Simd {
         }
     }
 
-    // The first `share` rays of each origin, whose direction, t, far and `free` are set. Steps are over-relaxed by the slope (Balint
-    // and Valasek 2018; Ban and Valasek 2023). Rays that are still under way after 2 `steps` turns graze and count as met.
+    // The first `share` rays of each origin, whose direction, t, far and `free` are set. Steps are over-relaxed by the slope
+    // (Balint and Valasek 2018; Ban and Valasek 2023). Rays still under way after 2 `steps` turns graze and count as met.
     inline CUDA_CALLABLE void trace(float step, int steps, int origins, int share) {
         const bool by_lattice = lattice.nx > 0;
         Front& all = by_lattice ? readers : askers;

@@ -3,7 +3,7 @@
 #define SDFPRT_BATCH 16
 #define SDFPRT_ROOM (SDFPRT_BATCH + 1)
 #else
-#define SDFPRT_BATCH 2048                // rays, at most
+#define SDFPRT_BATCH 4096                // rays, at most
 #define SDFPRT_ROOM (SDFPRT_BATCH + 80)  // more than a packet, which is written whole; rows do not fall on the same cache lines
 #endif
 

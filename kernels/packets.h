@@ -3,7 +3,7 @@
 #if SDFPRT_LANES == 1
 #define SDFPRT_GROUP 4  // origins in a batch
 #else
-#define SDFPRT_GROUP 16
+#define SDFPRT_GROUP 32
 #endif
 #define SDFPRT_SHARE (SDFPRT_BATCH / SDFPRT_GROUP)
 #define SDFPRT_CHUNK 16  // packets whose cells are looked for together

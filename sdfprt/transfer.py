@@ -16,7 +16,8 @@ from sdfprt.scene import Scene
 
 _CHUNK = 16_384  # points a launch
 MAX_BANDS = 8
-LANES = 8  # quicker here than 16: several rays' worth of values stay in registers
+LANES = 8  # of a packet: kernels/simd.h packs them by a table
+GROUP = 32  # points an item, 4 where it has one lane, as SDFPRT_GROUP in kernels/packets.h
 SHIFTS = 16  # orders of a point's rays, as in kernels/transfer.h
 
 
@@ -134,7 +135,7 @@ def compute_transfer(
     by = lattice or NO_LATTICE
     box = native.array(lattice.box if lattice else scene.bounds)
     stand_in = [native.array(by.records, int), native.array(by.clear, int), native.array(by.frame)]
-    group = 4 if native.lanes() == 1 else 16  # points an item, as SDFPRT_GROUP in kernels/packets.h
+    group = 4 if native.lanes() == 1 else GROUP
     along = _neighbours(scene, points)
     with track("transfer", len(points)) as advance:
         for first in range(0, len(points), _CHUNK):

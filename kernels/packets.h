@@ -61,8 +61,9 @@ struct Packets : Simd {
         return ask(x, y, z, step);
     }
 
-    // The cells in which the rays from `begin` to `end` of a front are
-    inline CUDA_CALLABLE void find(const Front& front, int begin, int end, Lattice::Cell* cells) const {
+    // The cells in which the rays of a front are, those of a chunk from `begin` on
+    inline CUDA_CALLABLE void find(const Front& front, int begin, int count, Lattice::Cell* cells) const {
+        const int most = begin + SDFPRT_CHUNK * SDFPRT_LANES, end = count < most ? count : most;
         for (int i = begin, n = 0; i < end; i += SDFPRT_LANES, n++) {
             const Front::Rays at = front.at(i);
             cells[n] = lattice.find(fma(at.u, at.s, at.x), fma(at.v, at.s, at.y), fma(at.w, at.s, at.z));
@@ -114,8 +115,8 @@ struct Packets : Simd {
             const int count = middles.restart();
             Lattice::Cell cells[SDFPRT_CHUNK];
             for (int first = 0; first < count; first += SDFPRT_LANES) {
-                const int n = first / SDFPRT_LANES % SDFPRT_CHUNK, stop = first + SDFPRT_CHUNK * SDFPRT_LANES;
-                if (lattice.nx > 0 && n == 0) find(middles, first, count < stop ? count : stop, cells);
+                const int n = first / SDFPRT_LANES % SDFPRT_CHUNK;
+                if (lattice.nx > 0 && n == 0) find(middles, first, count, cells);
                 Front::Rays rays = middles.at(first);
                 int begins[SDFPRT_LANES];
                 spill(begins, rays.ray);
@@ -153,8 +154,8 @@ struct Packets : Simd {
         while (front.count > 0 && (front.count >= SDFPRT_LANES || others.count < SDFPRT_LANES)) {
             const int count = front.restart();
             for (int first = 0; first < count; first += SDFPRT_LANES) {
-                const int n = first / SDFPRT_LANES % SDFPRT_CHUNK, stop = first + SDFPRT_CHUNK * SDFPRT_LANES;
-                if (!field && n == 0) find(front, first, count < stop ? count : stop, cells);
+                const int n = first / SDFPRT_LANES % SDFPRT_CHUNK;
+                if (!field && n == 0) find(front, first, count, cells);
                 Front::Rays rays = front.at(first);
                 const F s = rays.s, before = rays.before, came = rays.came, touch = rays.touch;
                 F r, slope, cleared;

@@ -207,6 +207,7 @@ struct Simd {
         b = __builtin_convertvector(row >> 32, I);
     }
 #endif
+
     // The order that moves lanes whose bits are set to the front, and lanes in an order
 #if SDFPRT_LANES == 1
     static inline CUDA_CALLABLE I packing(unsigned) { return 0; }
@@ -239,6 +240,7 @@ struct Simd {
     }
     static inline I permute(I v, I order) { return as_I(permute(as_F(v), order)); }
 #endif
+
     // Element i of `count`, `stride` apart: those that some lane asks for
 #if SDFPRT_LANES == 1
     static inline CUDA_CALLABLE F pick(const F* v, I i, int, int stride) { return v[i * stride]; }

@@ -127,6 +127,7 @@ def compute_transfer(
         raise SdfprtError(f"compute_transfer: rays must be 1 or more, not {rays}")
     if not (np.isfinite(points).all() and np.isfinite(normals).all()):
         raise SdfprtError(f"{scene.file}: points or normals are not finite")
+    traced = kernel(scene)
     result = np.empty((len(points), bands * bands), np.float32)
     recurrence = native.array(_recurrence(bands))
     size = scene.diagonal
@@ -145,7 +146,7 @@ def compute_transfer(
             arrays = [native.array(x[part]) for x in (points, normals)]
             numbers = native.array(start + part, int)
             fixed = [out, box, recurrence, sequence, *stand_in, numbers, bands, rays, seed, int(shadowed), count]
-            native.launch(kernel(scene), -(-count // group), [*arrays, *fixed, *limits, settings.Trace.steps])
+            native.launch(traced, -(-count // group), [*arrays, *fixed, *limits, settings.Trace.steps])
             result[part] = out.numpy().reshape(count, -1)
             advance(count)
     if not np.isfinite(result).all():

@@ -18,14 +18,17 @@ from pathlib import Path
 
 os.environ["MESA_SHADER_CACHE_DISABLE"] = "true"
 
+import common as bench
 import numpy as np
 
-from sdfprt import backends, bench, metrics, settings, torch_render
-from sdfprt.errors import SdfprtError
-from sdfprt.light import Light
-from sdfprt.material import parse
-from sdfprt.network import TransferNet
-from sdfprt.scene import Scene
+from sdfprt.core import settings
+from sdfprt.core.errors import SdfprtError
+from sdfprt.imaging import metrics
+from sdfprt.light.light import Light
+from sdfprt.material.lobes import parse
+from sdfprt.network.mlp import TransferNet
+from sdfprt.rendering import backends, torch_backend
+from sdfprt.sdf.scene import Scene
 
 PAPER = {  # PLANTS, glossy, RTX 3090, frames a second: GLSL, CUDA
     64: ("64.4", "55.1"),
@@ -137,7 +140,7 @@ def main() -> None:
             print(json.dumps(row), flush=True)
     driver = backends.context().info["GL_RENDERER"] if backends.has_opengl() else "no OpenGL"
     scene = f"{args.scene} {args.material}, l={args.layers}, {args.size}x{args.size}"
-    line = bench.setting(scene, driver, f"torch on {torch_render.device()}")
+    line = bench.setting(scene, driver, f"torch on {torch_backend.device()}")
     body = "Frames a second.\n\n" + bench.table([line_of(row) for row in rows])
     text = bench.save(args.output, "backends", "Back ends", line, body, {"rows": rows})
     plot(rows, args.output / "backends.png")

@@ -14,11 +14,12 @@ import tempfile
 import time
 from pathlib import Path
 
+import common as bench
+
 import sdfprt
-from sdfprt import bench
-from sdfprt.asset import Asset
-from sdfprt.errors import SdfprtError
-from sdfprt.resources import folder
+from sdfprt.baking.asset import Asset
+from sdfprt.core.errors import SdfprtError
+from sdfprt.core.resources import folder
 
 RUNS = {"default": [], "preview": ["--preview"], "million": ["--points", "1000000"]}
 STAGES = ("compile, surface", "transfer", "fit")

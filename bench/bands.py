@@ -11,12 +11,14 @@ from collections import defaultdict
 from collections.abc import Callable
 from pathlib import Path
 
+import common as bench
 import numpy as np
 
-from sdfprt import bench, exact, report, scene
-from sdfprt.light import Light
-from sdfprt.material import Diffuse, Material, Phong
-from sdfprt.reference import reference_image
+from sdfprt.light.light import Light
+from sdfprt.material.lobes import Diffuse, Material, Phong
+from sdfprt.sdf import scene
+from sdfprt.truth import exact, report
+from sdfprt.truth.path_tracing import reference_image
 
 STEPS = (4, 5, 6, 8)
 TITLE = "Bands of transfer, light and result"

@@ -1,25 +1,22 @@
 """Do random GLSL programs mean the same in Warp as in OpenGL? Counts programs that differ on more than 0.1 % of points.
 
-Needs a checkout: the generator and the OpenGL evaluation are the tests' own. Prints the seeds of what differs.
+Prints the seeds of what differs.
 """
 
 import argparse
 import platform
-import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import warp as wp
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
-
 
 def main() -> None:
+    import opengl
+    from opengl import agreement, in_slots, some_points
     from random_glsl import batch
-    from test_glsl import agreement, in_slots, opengl, some_points
 
-    from sdfprt.scene import Scene
+    from sdfprt.sdf.scene import Scene
 
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--programs", type=int, default=2000)

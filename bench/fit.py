@@ -7,15 +7,16 @@ fit.md, fit.json and fit.png. The paper's own setting takes long: --points 10000
 
 import time
 
+import common as bench
 import numpy as np
 import torch
 
-from sdfprt import bench, settings
-from sdfprt.fit import fit_transfer, measure
-from sdfprt.network import TransferNet, encode
-from sdfprt.scene import Scene
-from sdfprt.surface import sample_surface
-from sdfprt.transfer import compute_transfer
+from sdfprt.core import settings
+from sdfprt.network.fit import fit_transfer, measure
+from sdfprt.network.mlp import TransferNet, encode
+from sdfprt.sdf.scene import Scene
+from sdfprt.sdf.surface import sample_surface
+from sdfprt.transfer.compute import compute_transfer
 
 Samples = tuple[np.ndarray, np.ndarray, np.ndarray]
 

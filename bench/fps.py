@@ -7,7 +7,6 @@ product. The first frame holds the compilation, with Mesa's shader cache off; on
 which the network's weights become constants, after settings.Render.constant_after samples. Writes fps.md, fps.json and fps.png.
 """
 
-import importlib
 import json
 import os
 from collections.abc import Callable
@@ -15,19 +14,21 @@ from pathlib import Path
 
 os.environ["MESA_SHADER_CACHE_DISABLE"] = "true"
 
+import common as bench
 import moderngl
 import numpy as np
 
-from sdfprt import bench, settings, shader
-from sdfprt import light as lights
-from sdfprt.asset import Asset
-from sdfprt.bake import bake
+from sdfprt.baking.asset import Asset
+from sdfprt.baking.stages import bake
+from sdfprt.core import settings
 from sdfprt.glsl.text import blocks, fours, number, vector
-from sdfprt.material import Diffuse, Material, Phong
-from sdfprt.network import TransferNet
-from sdfprt.scene import Scene
+from sdfprt.light import light as lights
+from sdfprt.material.lobes import Diffuse, Material, Phong
+from sdfprt.network.mlp import TransferNet
+from sdfprt.rendering import frame as render
+from sdfprt.rendering import pieces
+from sdfprt.sdf.scene import Scene
 
-render = importlib.import_module("sdfprt.render")  # sdfprt.render is the function
 PAPER = {  # RTX 3090, 1024x1024: width -> diffuse, glossy
     "old_car": {64: (255, 207), 128: (73, 39)},
     "mike_monster": {64: (294, 174), 128: (61, 24)},
@@ -94,31 +95,31 @@ def literal_network(net: TransferNet) -> str:
 
 def literal(scene: Scene, net: TransferNet, light: lights.Light, material: Material, size: tuple[int, int]) -> Callable:
     """A function that draws the literal shader and returns (H, W, 4)."""
-    variant = shader.Variant(shader.lobes_of(material), net.bands, net.bands)
+    variant = pieces.Variant(pieces.lobes_of(material), net.bands, net.bands)
     flags = "#define HAS_ALBEDO\n" if scene.has_albedo else ""
     colour = "albedo_(p, n)" if scene.has_albedo else "albedo"
     users = scene.shader_source
     wrapper = "vec3 albedo_(vec3 p, vec3 n) { return sdfprt_users_albedo(p, n); }" if scene.has_albedo else ""
     ours = "\n".join(
         [
-            shader.VERSION + "\n" + flags + shader.defines(net, variant),
-            *(shader.piece(name) for name in ("camera", "sh", "shade")),
+            pieces.VERSION + "\n" + flags + pieces.defines(net, variant),
+            *(pieces.piece(name) for name in ("camera", "sh", "shade")),
             MARCH,
             literal_network(net),
             MAIN.replace("COLOUR", colour),
         ]
     )
     names = "#define albedo sdfprt_users_albedo\n#define exponent sdfprt_users_exponent\n"
-    text = "\n".join([ours, shader.renamed(ours, users), names, users, wrapper])
+    text = "\n".join([ours, pieces.renamed(ours, users), names, users, wrapper])
     context, state = render.context(), []
 
     def draw() -> np.ndarray:
         if not state:
-            program = context.program(vertex_shader=f"#version 430\n{shader.piece('vertex')}", fragment_shader=text)
+            program = context.program(vertex_shader=f"#version 430\n{pieces.piece('vertex')}", fragment_shader=text)
             target = context.texture(size, 4, dtype="f4")
             state.extend((program, context.vertex_array(program, []), target, context.framebuffer([target])))
         program, triangle, target, buffer = state
-        render.give(program, **shader.scene_uniforms(scene))
+        render.give(program, **pieces.scene_uniforms(scene))
         held = render.set_light(program, variant, net.bands, light.sh(net.bands))
         render.set_material(program, scene, material)
         render.set_camera(program, scene.camera, (0, 0, *size))

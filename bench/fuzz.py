@@ -1,21 +1,18 @@
-"""Does damaged GLSL ever do worse than one clear error? Files of the tests' corpus, damaged at random, from text to distances.
+"""Does damaged GLSL ever do worse than one clear error? Scenes of the library, damaged at random, from text to distances.
 
-They run in another process, so that a crash or a hang is seen: the seed and what happened are printed. Needs a
-checkout: the damage is the tests' own.
+They run in another process, so that a crash or a hang is seen: the seed and what happened are printed.
 """
 
 import argparse
 import platform
-import sys
 import time
 from multiprocessing import Pipe, get_context
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
+from sdfprt.core.resources import folder
 
 
 def work(pipe: Connection) -> None:
@@ -24,11 +21,12 @@ def work(pipe: Connection) -> None:
     from fuzz_glsl import damaged, outcome
 
     wp.config.optimization_level = 0
+    texts = [path.read_text() for path in sorted(folder("sdf_library").glob("*/sdf.glsl"))]
     points = np.random.default_rng(0).uniform(-1, 1, (64, 3)).astype(np.float32)
     while True:
         seed = pipe.recv()
         try:
-            pipe.send(outcome(damaged(seed), points))
+            pipe.send(outcome(damaged(seed, texts), points))
         except Exception as error:
             pipe.send(f"{type(error).__name__}: {str(error)[:300]}")
 

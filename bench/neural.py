@@ -16,20 +16,24 @@ import time
 from pathlib import Path
 from typing import no_type_check
 
+import common as bench
 import numpy as np
 import warp as wp
 
-from sdfprt import bench, exact, fidelity, grid, image, metrics, report
-from sdfprt import mesh as meshes
-from sdfprt.bake import bake
-from sdfprt.camera import Camera
-from sdfprt.errors import SdfprtError
-from sdfprt.light import Light
-from sdfprt.material import Diffuse, Phong
-from sdfprt.neural.fit import fit_mesh
-from sdfprt.render import context, frame, trace_tile
-from sdfprt.scene import Scene
-from sdfprt.trace import gbuffer
+from sdfprt.baking.stages import bake
+from sdfprt.core.errors import SdfprtError
+from sdfprt.core.opengl import context
+from sdfprt.imaging import image, metrics
+from sdfprt.imaging.camera import Camera
+from sdfprt.light.light import Light
+from sdfprt.material.lobes import Diffuse, Phong
+from sdfprt.mesh import distance as meshes
+from sdfprt.rendering.frame import frame, trace_tile
+from sdfprt.sdf import fidelity, grid
+from sdfprt.sdf.neural.fit import fit_mesh
+from sdfprt.sdf.scene import Scene
+from sdfprt.sdf.trace import gbuffer
+from sdfprt.truth import exact, report
 
 MATERIALS = (Diffuse(), Phong(32))
 PAPER = {  # frames a second on an RTX 3090, 1024x1024: (surface, transfer) -> diffuse, glossy

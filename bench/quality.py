@@ -12,16 +12,19 @@ import json
 import time
 from pathlib import Path
 
+import common as bench
 import numpy as np
 
-from sdfprt import bench, exact, metrics, report, scene
-from sdfprt.asset import Asset
-from sdfprt.bake import bake
-from sdfprt.light import Light
-from sdfprt.material import Diffuse, Material, Phong
-from sdfprt.progress import track
-from sdfprt.render import frame
-from sdfprt.resources import folder
+from sdfprt.baking.asset import Asset
+from sdfprt.baking.stages import bake
+from sdfprt.core.progress import track
+from sdfprt.core.resources import folder
+from sdfprt.imaging import metrics
+from sdfprt.light.light import Light
+from sdfprt.material.lobes import Diffuse, Material, Phong
+from sdfprt.rendering.frame import frame
+from sdfprt.sdf import scene
+from sdfprt.truth import exact, report
 
 MATERIALS: tuple[Material, ...] = (Diffuse(), Phong(32))
 GOAL = {(64, "diffuse"): 40, (64, "phong:32"): 34, (128, "diffuse"): 44, (128, "phong:32"): 38}

@@ -19,13 +19,14 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import common as bench
 import numpy as np
 
 import sdfprt
-from sdfprt import bench, settings
-from sdfprt.network import TransferNet
-from sdfprt.progress import track
-from sdfprt.scene import Scene
+from sdfprt.core import settings
+from sdfprt.core.progress import track
+from sdfprt.network.mlp import TransferNet
+from sdfprt.sdf.scene import Scene
 
 UNEXPLAINED = "no cause is known; measure again on an idle machine (--curves), then look for one."
 FAST = 1.1  # an exponent above this is faster than the work
@@ -73,9 +74,9 @@ def spheres(count: int) -> Scene:
 
 
 def frame(scene: Scene, net: TransferNet, side: int, material: str = "phong:32") -> Run:
-    from sdfprt.light import Light
-    from sdfprt.material import parse
-    from sdfprt.render import frame as run
+    from sdfprt.light.light import Light
+    from sdfprt.material.lobes import parse
+    from sdfprt.rendering.frame import frame as run
 
     light = Light.load("overcast")
     return lambda: run(scene, net, light, parse(material), size=(side, side))
@@ -177,12 +178,12 @@ def memory(which: str) -> float:
 
 def one(name: str, x: int, turns: int) -> dict[str, float]:
     """Measure a point in this process."""
-    import sdfprt.render
-    import sdfprt.surface
-    import sdfprt.transfer
+    import sdfprt.rendering.frame
+    import sdfprt.sdf.surface
+    import sdfprt.transfer.compute
 
     if name.startswith("fit"):
-        import sdfprt.fit  # noqa: F401
+        import sdfprt.network.fit  # noqa: F401
     curve = CURVES[name]
     Path("/proc/self/clear_refs").write_text("5")
     idle = memory("VmRSS")

@@ -8,22 +8,21 @@ transfer.json and transfer.png.
 """
 
 import json
-import sys
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import no_type_check
 
+import common as bench
 import numpy as np
 
-from sdfprt import bench, lattice, settings, sh, sphere, surface, trace
-from sdfprt import scene as scenes
-from sdfprt.lattice import Lattice
-from sdfprt.scene import Scene
-from sdfprt.surface import Surface, sample_surface
-from sdfprt.transfer import compute_transfer
-
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
+from sdfprt.core import settings
+from sdfprt.maths import sh, sphere
+from sdfprt.sdf import lattice, surface, trace
+from sdfprt.sdf import scene as scenes
+from sdfprt.sdf.lattice import Lattice
+from sdfprt.sdf.scene import Scene
+from sdfprt.sdf.surface import Surface, sample_surface
+from sdfprt.transfer.compute import compute_transfer
 
 
 def directions(normals: np.ndarray, rays: int, seed: int = 0) -> np.ndarray:

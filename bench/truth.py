@@ -10,21 +10,19 @@ lie beyond 3 (both errors are estimates). Shadows of edges that the mesh cuts of
 
 import json
 import re
-import sys
 import time
 from dataclasses import replace
-from pathlib import Path
 
+import common as bench
 import numpy as np
 
-from sdfprt import bench, exact, scene, surface, trace
-from sdfprt.bake import bake
-from sdfprt.light import Light
-from sdfprt.material import Diffuse, Phong
-from sdfprt.reference import reference_image
-from sdfprt.render import frame
-
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
+from sdfprt.baking.stages import bake
+from sdfprt.light.light import Light
+from sdfprt.material.lobes import Diffuse, Phong
+from sdfprt.rendering.frame import frame
+from sdfprt.sdf import scene, surface, trace
+from sdfprt.truth import exact
+from sdfprt.truth.path_tracing import reference_image
 
 
 def psnr(a: np.ndarray, b: np.ndarray, mask: np.ndarray) -> float:

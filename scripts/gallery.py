@@ -5,12 +5,12 @@ from pathlib import Path
 
 from PIL import Image
 
-from sdfprt import image
-from sdfprt.bake import bake
-from sdfprt.light import Light
-from sdfprt.material import DiffusePhong
-from sdfprt.render import frame
-from sdfprt.scene import Scene, library
+from sdfprt.baking.stages import bake
+from sdfprt.imaging import image
+from sdfprt.light.light import Light
+from sdfprt.material.lobes import DiffusePhong
+from sdfprt.rendering.frame import frame
+from sdfprt.sdf.scene import Scene, library
 
 SIDE = 320
 COLUMNS = 4

@@ -3,12 +3,12 @@
 import argparse
 import time
 
-from sdfprt import settings
-from sdfprt.asset import Asset
-from sdfprt.bake import bake
-from sdfprt.errors import SdfprtError
-from sdfprt.resources import folder
-from sdfprt.scene import Scene, library
+from sdfprt.baking.asset import Asset
+from sdfprt.baking.stages import bake
+from sdfprt.core import settings
+from sdfprt.core.errors import SdfprtError
+from sdfprt.core.resources import folder
+from sdfprt.sdf.scene import Scene, library
 
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("scenes", nargs="*", default=list(library()))

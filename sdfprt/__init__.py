@@ -5,27 +5,27 @@ The names below are the public face. Each is loaded when it is first used, so th
 """
 
 import importlib
-import sys
-import types
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from sdfprt import csg, metrics, sh
-    from sdfprt.asset import Asset
-    from sdfprt.bake import bake
-    from sdfprt.camera import Camera
-    from sdfprt.errors import GlslError, SdfprtError
-    from sdfprt.export import export_html, export_shadertoy
-    from sdfprt.fit import fit_transfer
-    from sdfprt.light import Light
-    from sdfprt.material import Diffuse, DiffusePhong, Phong
-    from sdfprt.network import TransferNet
-    from sdfprt.reference import reference
-    from sdfprt.render import render
-    from sdfprt.render_set import render_set
-    from sdfprt.scene import Scene
-    from sdfprt.surface import sample_surface
-    from sdfprt.transfer import compute_transfer
+    from sdfprt import csg
+    from sdfprt.baking.asset import Asset
+    from sdfprt.baking.stages import bake
+    from sdfprt.core.errors import GlslError, SdfprtError
+    from sdfprt.export.page import export_html, export_shadertoy
+    from sdfprt.imaging import metrics
+    from sdfprt.imaging.camera import Camera
+    from sdfprt.light.light import Light
+    from sdfprt.material.lobes import Diffuse, DiffusePhong, Phong
+    from sdfprt.maths import sh
+    from sdfprt.network.fit import fit_transfer
+    from sdfprt.network.mlp import TransferNet
+    from sdfprt.rendering.frame import render
+    from sdfprt.rendering.sets import render_set
+    from sdfprt.sdf.scene import Scene
+    from sdfprt.sdf.surface import sample_surface
+    from sdfprt.transfer.compute import compute_transfer
+    from sdfprt.truth.path_tracing import reference
 
 __all__ = [
     "Asset",
@@ -53,44 +53,36 @@ __all__ = [
 ]
 
 _HOME = {
-    "Asset": "asset",
-    "Camera": "camera",
-    "Diffuse": "material",
-    "DiffusePhong": "material",
-    "GlslError": "errors",
-    "Light": "light",
-    "Phong": "material",
-    "Scene": "scene",
-    "SdfprtError": "errors",
-    "TransferNet": "network",
-    "bake": "bake",
-    "compute_transfer": "transfer",
-    "export_html": "export",
-    "export_shadertoy": "export",
-    "fit_transfer": "fit",
-    "reference": "reference",
-    "render": "render",
-    "render_set": "render_set",
-    "sample_surface": "surface",
+    "Asset": "baking.asset",
+    "Camera": "imaging.camera",
+    "Diffuse": "material.lobes",
+    "DiffusePhong": "material.lobes",
+    "GlslError": "core.errors",
+    "Light": "light.light",
+    "Phong": "material.lobes",
+    "Scene": "sdf.scene",
+    "SdfprtError": "core.errors",
+    "TransferNet": "network.mlp",
+    "bake": "baking.stages",
+    "compute_transfer": "transfer.compute",
+    "csg": "csg",
+    "export_html": "export.page",
+    "export_shadertoy": "export.page",
+    "fit_transfer": "network.fit",
+    "metrics": "imaging.metrics",
+    "reference": "truth.path_tracing",
+    "render": "rendering.frame",
+    "render_set": "rendering.sets",
+    "sample_surface": "sdf.surface",
+    "sh": "maths.sh",
 }
-
-
-class _FrontDoor(types.ModuleType):
-    """Keeps `sdfprt.render` the function, though importing the module of that name would set the attribute."""
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        if name not in _HOME or not isinstance(value, types.ModuleType):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _FrontDoor
+_MODULES = {"csg", "metrics", "sh"}  # public as modules; of the others, the module holds the thing of that name
 
 
 def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        value = getattr(importlib.import_module(f"sdfprt.{_HOME[name]}"), name)
-        globals()[name] = value
-        return value
-    if name in __all__:
-        return importlib.import_module(f"sdfprt.{name}")
-    raise AttributeError(f"module 'sdfprt' has no attribute '{name}'")
+    if name not in _HOME:
+        raise AttributeError(f"module 'sdfprt' has no attribute '{name}'")
+    module = importlib.import_module(f"sdfprt.{_HOME[name]}")
+    value = module if name in _MODULES else getattr(module, name)
+    globals()[name] = value
+    return value

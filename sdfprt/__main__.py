@@ -1,5 +1,5 @@
 """`python -m sdfprt` is the command line."""
 
-from sdfprt.cli import main
+from sdfprt.cli.main import main
 
 main()

@@ -27,7 +27,7 @@ def assert_image(request: pytest.FixtureRequest) -> Callable[..., None]:
     """
 
     def check(picture: np.ndarray, name: str, psnr: float | None = None, flip: float | None = None) -> None:
-        from sdfprt import image, metrics
+        from sdfprt.imaging import image, metrics
 
         if psnr is None and flip is None:
             pytest.fail("assert_image needs psnr=, flip= or both", pytrace=False)
@@ -70,7 +70,7 @@ def _file(folder: Path, name: str, part: str) -> Path:
 
 def _report(folder: Path, name: str, ours: np.ndarray, golden: np.ndarray, found: dict[str, float]) -> Path:
     """Picture, golden and heatmap side by side on a page."""
-    from sdfprt import image, metrics
+    from sdfprt.imaging import image, metrics
 
     files = {part: _file(folder, name, f"{part}.png") for part in ("ours", "golden", "flip")}
     image.write(files["ours"], ours)

@@ -4,8 +4,8 @@ import itertools
 
 import numpy as np
 
-from sdfprt.network import TransferNet
-from sdfprt.scene import Scene
+from sdfprt.network.mlp import TransferNet
+from sdfprt.sdf.scene import Scene
 
 SPHERE_AND_BOX = """
 float box(vec3 p, vec3 b) { vec3 q = abs(p) - b; return length(max(q, 0.0)) + min(max(q.x, max(q.y, q.z)), 0.0); }

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from sdfprt.camera import Camera
 from sdfprt.csg import Solid, box, capsule, cylinder, ellipsoid, rounded_box, rounded_cylinder, shapes, torus
-from sdfprt.material import DiffusePhong
+from sdfprt.imaging.camera import Camera
+from sdfprt.material.lobes import DiffusePhong
 
 TYRE, RIM = 0.3, 0.268  # radii of their middles
 REAR, FRONT = np.array([-0.47, -0.2, 0.0]), np.array([0.47, -0.2, 0.0])

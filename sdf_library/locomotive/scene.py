@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from sdfprt.camera import Camera
 from sdfprt.csg import Solid, box, capped_cone, capsule, cut_sphere, cylinder, rounded_box, rounded_cylinder, shapes, sphere, torus
-from sdfprt.material import DiffusePhong
+from sdfprt.imaging.camera import Camera
+from sdfprt.material.lobes import DiffusePhong
 
 RAIL = -0.5  # height of the rails' tops
 WHEEL = 0.155  # radius

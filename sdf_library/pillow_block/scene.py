@@ -2,20 +2,9 @@
 
 from pathlib import Path
 
-from sdfprt.camera import Camera
-from sdfprt.csg import (
-    Solid,
-    box,
-    capped_cone,
-    cylinder,
-    hexagonal_prism,
-    rounded_box,
-    rounded_cylinder,
-    shapes,
-    sphere,
-    torus,
-)
-from sdfprt.material import DiffusePhong
+from sdfprt.csg import Solid, box, capped_cone, cylinder, hexagonal_prism, rounded_box, rounded_cylinder, shapes, sphere, torus
+from sdfprt.imaging.camera import Camera
+from sdfprt.material.lobes import DiffusePhong
 
 AXIS = 0.05  # height of the shaft
 PITCH, BALL = 0.235, 0.058  # radii: of the circle that the balls run on, of a ball

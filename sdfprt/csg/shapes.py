@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from sdfprt.core.errors import SdfprtError
 from sdfprt.csg.tree import Shape2, Vector, leaf, number, vector
-from sdfprt.errors import SdfprtError
 
 
 def _flat(expression: str, low: Vector, high: Vector) -> Shape2:

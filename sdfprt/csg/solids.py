@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from sdfprt.core.errors import SdfprtError
 from sdfprt.csg import shapes
 from sdfprt.csg.tree import Solid, Vector, leaf, number, vector
-from sdfprt.errors import SdfprtError
 
 
 def _solid(expression: str, low: Vector, high: Vector) -> Solid:

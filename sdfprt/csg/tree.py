@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sdfprt.errors import SdfprtError
+from sdfprt.core.errors import SdfprtError
 from sdfprt.glsl import text
 
 Vector = Sequence[float] | np.ndarray
@@ -243,7 +243,7 @@ class Solid(_Shape):
 
         Raises SdfprtError where the bounds are infinite.
         """
-        from sdfprt.scene import Scene
+        from sdfprt.sdf.scene import Scene
 
         low, high = self.bounds
         if not np.all(np.isfinite([low, high])):

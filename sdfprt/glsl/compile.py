@@ -8,7 +8,7 @@ import tempfile
 from difflib import get_close_matches
 from pathlib import Path
 
-from sdfprt.errors import GlslError, SdfprtError
+from sdfprt.core.errors import GlslError, SdfprtError
 
 SECONDS = 60  # a compile that takes longer is stopped
 

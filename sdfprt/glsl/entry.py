@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sdfprt.errors import GlslError
+from sdfprt.core.errors import GlslError
 from sdfprt.glsl.text import code_only
 
 # First found is taken; authors differ in case

@@ -9,10 +9,10 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from sdfprt.errors import GlslError
+from sdfprt.core.errors import GlslError
+from sdfprt.core.resources import folder
 from sdfprt.glsl.entry import without_mains
 from sdfprt.glsl.text import code_only, without_comments
-from sdfprt.resources import folder
 
 _INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]+"([^"\n]+)"[^\n]*$', re.M)
 _HEAD = re.compile(r"\b[A-Za-z]\w*\s*(?:\[[^\]]*\]\s*)?\s(\w+)\s*\(([^()]*)\)\s*\Z")

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sdfprt.errors import SdfprtError
+from sdfprt.core.errors import SdfprtError
 
 if TYPE_CHECKING:
     from sdfprt.glsl.spirv import Instruction
-    from sdfprt.glsl.to_warp import Translator
+    from sdfprt.glsl.to_cpp import Translator
 
 
 @dataclass(frozen=True)

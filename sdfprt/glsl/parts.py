@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from sdfprt.errors import GlslError, SdfprtError
+from sdfprt.core.errors import GlslError, SdfprtError
 from sdfprt.glsl.entry import Entry
 from sdfprt.glsl.text import number, vector
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from sdfprt.errors import GlslError
+from sdfprt.core.errors import GlslError
 from sdfprt.glsl.compile import compile_glsl, preprocessed
 from sdfprt.glsl.entry import find_entry, without_mains
 from sdfprt.glsl.include import definitions, expand_includes, macros

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sdfprt.errors import SdfprtError
+from sdfprt.core.errors import SdfprtError
 
 # Opcodes by number, only those that the translation asks for by name
 _OPCODES = {

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from sdfprt.errors import SdfprtError
+from sdfprt.core.errors import SdfprtError
 from sdfprt.glsl.spirv import Block, Function, Instruction
 
 

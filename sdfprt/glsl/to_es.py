@@ -11,7 +11,7 @@ from collections import Counter
 
 import numpy as np
 
-from sdfprt.errors import SdfprtError
+from sdfprt.core.errors import SdfprtError
 from sdfprt.glsl.operations import writes_memory
 from sdfprt.glsl.spirv import Function, Instruction, Module
 from sdfprt.glsl.structure import Edge, Exit, If, Loop, Node, Straight, Switch, exits, instructions, structure

@@ -1,0 +1,1 @@
+"""What every stage stands on: errors, settings, files, progress, the kernels that Warp builds, OpenGL and CUDA."""

@@ -1,0 +1,94 @@
+"""OpenGL textures as torch tensors: without a host copy by CUDA's graphics interop, or by the host where there is no CUDA.
+
+One interface, `planes(textures) -> tensor`, and two classes that have it. The CUDA one calls five functions of the runtime
+(CUDA Runtime API, "Graphics Interoperability") through ctypes: register, map, get array, copy on the device, unmap.
+"""
+
+import ctypes
+import functools
+from collections.abc import Sequence
+from typing import Any
+
+import moderngl
+import torch
+
+from sdfprt.core.errors import SdfprtError
+from sdfprt.core.opengl import context, read
+
+_TEXTURE_2D = 0x0DE1  # GL_TEXTURE_2D
+_READ_ONLY = 1  # cudaGraphicsRegisterFlagsReadOnly
+_ON_DEVICE = 3  # cudaMemcpyDeviceToDevice
+_TEXEL = 16  # bytes of four floats
+_LIBRARIES = ("libcudart.so.13", "libcudart.so.12", "libcudart.so", "cudart64_13.dll", "cudart64_12.dll")
+
+
+class HostPlanes:
+    """The CPU twin: textures are read back, then sent to `device`."""
+
+    def __init__(self, device: str = "cpu") -> None:
+        self.device = device
+
+    def planes(self, textures: Sequence[moderngl.Texture]) -> torch.Tensor:
+        """(t, h, w, 4) float32 of t textures of one size, row 0 on top."""
+        return torch.stack([torch.from_numpy(read(texture).copy()) for texture in textures]).to(self.device)
+
+    def release(self) -> None:
+        """Nothing is held."""
+
+
+class CudaPlanes:
+    """Textures are mapped into CUDA and copied there; each is registered once and kept until `release`."""
+
+    def __init__(self, runtime: Any, device: str = "cuda") -> None:
+        self.runtime, self.device = runtime, device
+        self._resources: dict[int, ctypes.c_void_p] = {}
+
+    def planes(self, textures: Sequence[moderngl.Texture]) -> torch.Tensor:
+        """As HostPlanes.planes, on the device. Raises SdfprtError where CUDA refuses, with nothing left mapped."""
+        width, height = textures[0].size
+        out = torch.empty((len(textures), height, width, 4), dtype=torch.float32, device=self.device)
+        for texture, plane in zip(textures, out, strict=True):
+            resource = self._registered(texture.glo)
+            self._call("cudaGraphicsMapResources", 1, ctypes.byref(resource), None)
+            try:
+                array = ctypes.c_void_p()
+                self._call("cudaGraphicsSubResourceGetMappedArray", ctypes.byref(array), resource, 0, 0)
+                row = ctypes.c_size_t(width * _TEXEL)
+                target = ctypes.c_void_p(plane.data_ptr())
+                zero, rows = ctypes.c_size_t(0), ctypes.c_size_t(height)
+                self._call("cudaMemcpy2DFromArray", target, row, array, zero, zero, row, rows, _ON_DEVICE)
+            finally:
+                self._call("cudaGraphicsUnmapResources", 1, ctypes.byref(resource), None)
+        return out
+
+    def release(self) -> None:
+        """Give the textures back; before they are released."""
+        while self._resources:
+            self._call("cudaGraphicsUnregisterResource", self._resources.popitem()[1])
+
+    def _registered(self, name: int) -> ctypes.c_void_p:
+        if name not in self._resources:
+            resource = ctypes.c_void_p()
+            arguments = (ctypes.byref(resource), ctypes.c_uint(name), ctypes.c_uint(_TEXTURE_2D), ctypes.c_uint(_READ_ONLY))
+            self._call("cudaGraphicsGLRegisterImage", *arguments)
+            self._resources[name] = resource
+        return self._resources[name]
+
+    def _call(self, function: str, *arguments: Any) -> None:
+        status = getattr(self.runtime, function)(*arguments)
+        if status:
+            raise SdfprtError(f"CUDA: {function} gave error {status}; does OpenGL run on the same GPU?")
+
+
+@functools.cache
+def planes() -> HostPlanes | CudaPlanes:
+    """The way for this machine: CUDA's where torch has CUDA, its runtime is found and OpenGL is NVIDIA's."""
+    if not torch.cuda.is_available():
+        return HostPlanes()
+    torch.cuda.init()
+    for name in _LIBRARIES if "NVIDIA" in context().info["GL_VENDOR"] else ():
+        try:
+            return CudaPlanes(ctypes.CDLL(name))
+        except OSError:
+            continue
+    return HostPlanes("cuda")

@@ -1,0 +1,160 @@
+"""Warp kernels around a scene's C++: pieces of kernels/*.h joined in one native function, run on all CPU threads or on CUDA.
+
+A body sees `Simd`, the scene's struct and its arguments (arrays as `name.data`), and handles item `item`:
+
+    kernel = build(scene_cpp, ("sdf/distance.h",), {"points": FLOATS, "out": FLOATS, "step": float})
+    launch(kernel, padded(count) // lanes(), [array(points), out])
+"""
+
+import functools
+import hashlib
+import os
+import re
+import weakref
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, no_type_check
+
+import numpy as np
+import warp as wp
+from numpy import ndarray
+
+from sdfprt.core.errors import SdfprtError
+from sdfprt.core.resources import folder
+
+wp.config.log_level = wp.LOG_ERROR  # standard output is for results
+LANES = 16  # of a packet on the CPU, as in kernels/simd.h; arrays of rays are padded to whole packets everywhere
+FLOATS, WHOLES = wp.array(dtype=float), wp.array(dtype=int)  # kinds of arguments
+DEVICE = "SDFPRT_DEVICE"
+# Packets are vectors already: what the compiler makes of the scalar parts costs more than it spares. Warp's own limits for inlining
+# double the time to compile, for the same speed.
+_FLAGS = "-march=native -fno-vectorize -fno-slp-vectorize"
+THREADS = min(os.cpu_count() or 1, 16)
+
+
+def device() -> str:
+    """Where kernels run, $SDFPRT_DEVICE: cpu (the default), cuda, cuda:1 …, or scalar, the CPU with one lane as CUDA has it.
+
+    Raises SdfprtError for another name, and for a CUDA device that Warp does not find.
+    """
+    name = os.environ.get(DEVICE, "cpu")
+    if name not in ("cpu", "scalar"):
+        try:
+            if not re.fullmatch(r"cuda(:\d+)?", name):
+                raise ValueError("there are cpu, cuda, cuda:1 …, and scalar")
+            wp.get_device(name)
+        except Exception as error:
+            raise SdfprtError(f"{DEVICE}={name}: {error}") from None
+    return name
+
+
+def lanes() -> int:
+    """Rays, or points, that an item of a kernel has side by side."""
+    return LANES if device() == "cpu" else 1
+
+
+def padded(count: int) -> int:
+    """`count` up to whole packets."""
+    return -(-count // LANES) * LANES
+
+
+def array(values: Any, kind: Any = float) -> wp.array:
+    """Values where kernels run, flat but for the components of a vector `kind`.
+
+    On the CPU it shares an array's memory where types allow: numpy has large ones in huge pages, which kernels read faster.
+    """
+    values = np.asarray(values)
+    flat = values.ravel() if kind in (float, int) else values
+    number = np.int32 if kind is int else np.float32
+    return wp.array(np.ascontiguousarray(flat, dtype=number), dtype=kind, device=_place(), copy=False)
+
+
+def zeros(count: int) -> wp.array:
+    return wp.zeros(count, dtype=float, device=_place())
+
+
+def _place() -> str:
+    return device().replace("scalar", "cpu")
+
+
+@functools.cache
+def piece(name: str) -> str:
+    """Text of kernels/<name>, which begins with the stage's folder."""
+    return (folder("kernels") / name).read_text()
+
+
+def build(scene: str, pieces: tuple[str, ...], arguments: dict[str, Any], fused: bool = False, lanes: int = LANES) -> Any:
+    """A Warp kernel over `first + thread` that runs the last piece as its body, after simd.h, scene and the others.
+
+    `arguments` gives the kind of each: float, int, FLOATS or WHOLES. `fused` lets the CPU round a product and a sum once, as
+    CUDA does: quicker, but not what OpenGL's CPU driver computes. `lanes`, 8 or 16, is what a packet has on the CPU.
+    """
+    return _kernel(device(), scene, pieces, tuple(arguments.items()), fused, lanes)
+
+
+def texture(values: ndarray) -> str:
+    """Name under which a scene's C++ reads this array; it lives as long as `keep_texture` has someone to hold it."""
+    return f"texture_{hashlib.sha256(repr(values.shape).encode() + values.tobytes()).hexdigest()[:16]}"
+
+
+def keep_texture(values: ndarray) -> wp.array:
+    """Make an array readable to kernels; the caller holds what comes back for as long as they may run."""
+    key = _place(), texture(values)
+    kept = _textures.get(key)
+    if kept is None:
+        kept = array(values.astype(np.float32))
+        _textures[key] = kept
+    return kept
+
+
+_textures: weakref.WeakValueDictionary[tuple[str, str], wp.array] = weakref.WeakValueDictionary()
+
+
+@functools.lru_cache(maxsize=64)
+@no_type_check
+def _kernel(where: str, scene: str, pieces: tuple[str, ...], arguments: tuple, fused: bool, lanes: int):
+    textures = tuple(dict.fromkeys(re.findall(r"\btexture_[0-9a-f]{16}\b", scene)))
+    shared = [piece("core/texture.h"), *(f"static const float* {name};" for name in textures)] if textures else []
+    given = [f"{name} = given_{name}.data;" for name in textures]  # the same for all threads
+    first = [f"#define SDFPRT_LANES {lanes if where == 'cpu' else 1}"]
+    first += ["#pragma clang fp contract(fast)"] if fused and not where.startswith("cuda") else []
+    text = "\n".join([*first, piece("core/simd.h"), *shared, scene, *given, *(piece(name) for name in pieces)])
+    key = hashlib.sha256(text.encode()).hexdigest()[:16]
+    arguments += tuple((f"given_{name}", FLOATS) for name in textures)
+    names = [name for name, _ in arguments]
+    scope = {"wp": wp, **{f"T_{name}": kind for name, kind in arguments}}
+    signature = ", ".join(f"{name}: T_{name}" for name in names)
+    # Warp reads annotations from real functions, so the two are written as source
+    source = (
+        f"def native_{key}({signature}, item: int): ...\n"
+        f"def kernel_{key}({signature}, first: int):\n"
+        f"    native_{key}({', '.join(names)}, first + wp.tid())\n"
+    )
+    path = f"<sdfprt kernel {key}>"
+    import linecache
+
+    linecache.cache[path] = (len(source), None, source.splitlines(keepends=True), path)
+    exec(compile(source, path, "exec"), scope)
+    scope[f"native_{key}"] = wp.func_native(text)(scope[f"native_{key}"])
+    made = wp.kernel(enable_backward=False, module="unique")(scope[f"kernel_{key}"])
+    made.module.options["cpu_compiler_flags"] = _FLAGS
+    made.textures = textures
+    return made
+
+
+@no_type_check
+def launch(kernel, count: int, arguments: list) -> None:
+    """Run items 0 … count - 1; on the CPU by all threads, since Warp releases Python's lock while it runs."""
+    place = _place()
+    wp.load_module(kernel.module, device=place)
+    arguments = [*arguments, *(_textures[place, name] for name in getattr(kernel, "textures", ()))]
+    if place != "cpu" or count < 2 * THREADS:
+        wp.launch(kernel, dim=count, inputs=[*arguments, 0], device=place)
+        return
+    parts = max(THREADS, min(8 * THREADS, count // 16))  # so many that no thread waits long for another's last
+    edges = [count * k // parts for k in range(parts + 1)]
+
+    def run(k: int) -> None:
+        wp.launch(kernel, dim=edges[k + 1] - edges[k], inputs=[*arguments, edges[k]], device=place)
+
+    with ThreadPoolExecutor(THREADS) as pool:
+        list(pool.map(run, range(parts)))

@@ -1,0 +1,19 @@
+"""Where the files that ship with sdfprt lie: shaders, kernels and the scene library, in a checkout and in a wheel."""
+
+import os
+from pathlib import Path
+
+_PACKAGE = Path(__file__).resolve().parent.parent
+
+
+def folder(name: str) -> Path:
+    """Folder `shaders`, `kernels` or `sdf_library`: beside the package in a checkout, inside it in a wheel."""
+    inside = _PACKAGE / name
+    return inside if inside.is_dir() else _PACKAGE.parent / name
+
+
+def cache_folder() -> Path:
+    """Folder for bakes and translated scenes: $SDFPRT_CACHE, or sdfprt under $XDG_CACHE_HOME or ~/.cache."""
+    if own := os.environ.get("SDFPRT_CACHE"):
+        return Path(own)
+    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "sdfprt"

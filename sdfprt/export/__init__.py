@@ -1,0 +1,1 @@
+"""Pages for browsers, tabs for Shadertoy, and the window."""

@@ -1,0 +1,263 @@
+"""Scenes for the browser: one HTML file (WebGL 2), or one tab of Shadertoy, from the same pieces as the renderer's own shaders.
+
+Both are GLSL ES 3.00. What that does not take of a scene is rewritten, or named in an error in the scene's own lines.
+"""
+
+import base64
+import html
+import json
+import re
+import zlib
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from sdfprt.baking.asset import Asset
+from sdfprt.core import settings
+from sdfprt.core.errors import SdfprtError
+from sdfprt.core.resources import folder
+from sdfprt.glsl.compile import check_es
+from sdfprt.glsl.text import number
+from sdfprt.imaging.camera import Camera
+from sdfprt.light.light import Light, lights
+from sdfprt.material import shading
+from sdfprt.material.lobes import DiffusePhong, Material, parts
+from sdfprt.maths import sh
+from sdfprt.network.mlp import TransferNet
+from sdfprt.rendering.frame import network_of
+from sdfprt.rendering.pieces import (
+    Variant,
+    block_count,
+    defines,
+    flags,
+    join,
+    lobes_of,
+    network_uniforms,
+    picture_uniforms,
+    piece,
+    renamed,
+    scene_uniforms,
+    tau_text,
+    weights_texture,
+)
+from sdfprt.sdf.es import VERSION, es_source
+from sdfprt.sdf.scene import Scene
+from sdfprt.sdf.textures import Texels
+
+PIECES = ("camera", "trace", "normal", "network", "sh", "shade", "picture")
+_TOY_INPUTS = (
+    "uniform vec3 iResolution; uniform float iTime; uniform float iTimeDelta; uniform float iFrameRate; uniform int iFrame;\n"
+    "uniform float iChannelTime[4]; uniform vec3 iChannelResolution[4]; uniform vec4 iMouse; uniform vec4 iDate;\n"
+    "uniform sampler2D iChannel0; uniform sampler2D iChannel1; uniform sampler2D iChannel2; uniform sampler2D iChannel3;\n"
+)
+_MAP = 512  # texels a row of a light behind the page's scene, at most
+
+
+def export_html(
+    scene: Scene,
+    asset: Asset | TransferNet,
+    light: Light,
+    yaw: float = 0.0,
+    material: Material | None = None,
+    camera: Camera | None = None,
+    size: tuple[int, int] = (settings.Render.width, settings.Render.height),
+    samples: int = settings.Render.samples,
+    exposure: float = settings.Render.exposure,
+    background: bool = True,
+    dering: bool = True,
+) -> str:
+    """A page that renders the scene by itself: no network access, no other file.
+
+    It starts as `render` would draw a PNG with the same arguments; the mouse turns the camera, and there are controls for
+    light, yaw (degrees), material and exposure. The library's lights are inside beside `light`.
+    Raises GlslError where the scene's text needs more than GLSL ES 3.00.
+    """
+    net = network_of(asset, scene)
+    material, camera = material or scene.material, camera or scene.camera
+    source, variants = es_source(scene), {}
+    for lobes in (1, 2, 3):
+        variants[lobes] = page_fragment(scene, net, Variant(lobes, net.bands, net.bands), source=source)
+    check_es(variants[3], scene.file)
+    chosen = [light] + [Light.load(name) for name in lights() if name != light.name]
+    weights = weights_texture(net)
+    tau = sh.triple_product(net.bands, net.bands, net.bands)
+    i, j, k = np.nonzero(tau)
+    tilt = sh.rotation(np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]), net.bands)  # takes +z to +y
+    data = {
+        "name": scene.name,
+        "bands": net.bands,
+        "size": size,
+        "vertex": VERSION + piece("vertex"),
+        "fragment": {str(lobes): text for lobes, text in variants.items()},
+        "uniforms": scene_uniforms(scene) | network_uniforms(net) | {"samples": samples, "once": 1},
+        "camera": {"eye": camera.eye, "target": camera.target, "up": camera.up, "fov": camera.fov},
+        "start": {
+            **parts(DiffusePhong()),
+            **parts(material),
+            "lobes": lobes_of(material),
+            "yaw": yaw,
+            "exposure": exposure,
+            "background": background,
+        },
+        "owns": {"albedo": scene.has_albedo, "exponent": scene.has_exponent},
+        "weights": {"size": [weights.shape[1], weights.shape[0]], "data": _packed(weights.tobytes())},
+        "textures": {name: _texture(texels) for name, texels in scene.texels.items()},
+        "tau": [k, i, j, tau[i, j, k]],
+        "tilt": tilt,
+        "lights": [_light(each, net.bands, dering) for each in chosen],
+    }
+    text = json.dumps(data, separators=(",", ":"), default=ndarray.tolist).replace("</", "<\\/")
+    page = (folder("shaders") / "export" / "page.html").read_text()
+    return page.replace("SCENE_TITLE", html.escape(scene.title or scene.name)).replace("SCENE_DATA", text)
+
+
+def export_shadertoy(
+    scene: Scene,
+    asset: Asset | TransferNet,
+    light: Light,
+    material: Material | None = None,
+    camera: Camera | None = None,
+    samples: int = settings.Render.samples,
+    exposure: float = settings.Render.exposure,
+    background: bool = True,
+    dering: bool = True,
+) -> str:
+    """One tab of Shadertoy: `mainImage`, with weights (half precision) and the light's SH as constants; the mouse turns the camera.
+
+    What lies behind the scene is the light's SH, since there is no picture of the light.
+    Raises GlslError where the scene's text needs more than GLSL ES 3.00, SdfprtError for a scene with textures.
+    """
+    if scene.texels:
+        names = ", ".join(scene.texels)
+        raise SdfprtError(f"{scene.file}: reads the texture {names}, and Shadertoy takes none of ours; --html does")
+    net = network_of(asset, scene)
+    material, camera = material or scene.material, camera or scene.camera
+    coefficients = light.sh_dered(net.bands)[0] if dering else light.sh(net.bands)
+    variant = Variant(lobes_of(material), net.bands, net.bands, fixed_light=False)
+    vector = np.zeros((4 * -(-(net.bands**2) // 4), 3))
+    vector[: net.bands**2] = shading.diffuse_vector(coefficients, net.bands)
+    values: dict[str, Any] = (
+        scene_uniforms(scene)
+        | network_uniforms(net)
+        | picture_uniforms(DiffusePhong())
+        | picture_uniforms(material)
+        | {
+            "diffuseLight": vector.T.reshape(-1, 4),
+            "lightCoefficients": coefficients,
+            "skyCoefficients": coefficients,
+            "exposure": exposure,
+            "background": background,
+            "samples": samples,
+            "firstEye": camera.eye,
+            "target": camera.target,
+            "upward": camera.up,
+            "halfHeight": camera.half_height,
+        }
+    )
+    halves = weights_texture(net).astype(np.float16).reshape(-1).view(np.uint32).reshape(-1, 4)
+    used = -(-(4 * block_count(net) + sum(-(-len(b) // 4) for _, b in net.weights)) // 2)
+    rows = [f"uvec4({','.join(f'{x}u' for x in row)})" for row in halves[:used]]
+    pieces = "\n".join(piece(name) for name in (*PIECES, "toy"))
+    ours = "\n".join(
+        [
+            f"// {scene.name}: signed distance field with learnt transfer, {len(net.weights)} layers of {len(net.weights[0][1])} "
+            "neurons. Written by sdfprt export --shadertoy.",
+            "#define once (1 + min(iFrame, 0))  // keeps loops loops",
+            "#define PACKED_WEIGHTS",
+            *flags(scene),
+            defines(net, variant),
+            tau_text(net.bands, net.bands, net.bands) if variant.lobes != 1 else "",
+            f"const uvec4 packedWeights[{used}] = uvec4[](\n" + ",\n".join(rows) + ");",
+            _as_constants(pieces, values, ("eye", "axes", "viewport")),
+        ]
+    )
+    source = es_source(scene)
+    names = renamed(_TOY_INPUTS + ours, source)
+    ended = "\n".join(f"#undef {name}" for name in re.findall(r"^#define (\w+)", names, flags=re.M))  # the host calls mainImage
+    body = f"{ours}\n{names}\n#line 1\n{source}\n{ended}\n"
+    check_es(f"{VERSION}{_TOY_INPUTS}{body}out vec4 c; void main() {{ mainImage(c, gl_FragCoord.xy); }}\n", scene.file)
+    return body
+
+
+def page_fragment(scene: Scene, net: TransferNet, variant: Variant, version: str = VERSION, source: str = "") -> str:
+    """The page's only pass, with what uniforms cannot say; `source` stands for the scene's own text."""
+    source = source or scene.shader_source
+    pieces = _declared_once(join((*PIECES, "page")).replace("uniform vec4 viewport;", "vec4 viewport;"))
+    ours = "\n".join([version, "#define ENVIRONMENT_MAP", *flags(scene), defines(net, variant), pieces])
+    return "\n".join([ours, renamed(ours, source), "#line 1", source])
+
+
+def _declared_once(text: str) -> str:
+    """ES takes a declaration once, where desktop GLSL takes a uniform's again; our pieces repeat what they need."""
+    seen: set[str] = set()
+
+    def keep(match: re.Match) -> str:
+        return match[0] if match[1] not in seen and not seen.add(match[1]) else ""
+
+    return re.sub(r"^(?:uniform )?\w+ (\w+)(?:\[[^\]]*\])?;[^\n]*$", keep, text, flags=re.M)
+
+
+def _as_constants(text: str, values: dict[str, Any], variables: tuple[str, ...]) -> str:
+    """Uniforms as constants with these values; `variables` as globals; those without a value go (their branch is not compiled)."""
+    seen: set[str] = set()
+
+    def replace(match: re.Match) -> str:
+        kind, name, size = match[1], match[2], match[3] or ""
+        first = name not in seen
+        seen.add(name)
+        if name in variables and first:
+            return f"{kind} {name};"
+        if name not in values or not first:
+            return ""
+        if not size:
+            return f"const {kind} {name} = {_literal(kind, values[name])};"
+        return f"const {kind} {name}{size} = {kind}[]({', '.join(_literal(kind, row) for row in values[name])});"
+
+    return re.sub(r"^(?:uniform )?(\w+) (\w+)(\[[^\]]*\])?;[^\n]*$", replace, text, flags=re.M)
+
+
+def _literal(kind: str, value: Any) -> str:
+    if kind == "bool":
+        return "true" if value else "false"
+    if kind == "int":
+        return str(int(value))
+    numbers = [number(np.float32(x)) for x in np.ravel(value)]
+    return numbers[0] if kind == "float" else f"{kind}({', '.join(numbers)})"
+
+
+def _light(light: Light, bands: int, dering: bool) -> dict[str, Any]:
+    coefficients = light.sh_dered(bands)[0] if dering else light.sh(bands)
+    pixels = light.pixels
+    while pixels.shape[1] > _MAP:
+        height, width = (n // 2 * 2 for n in pixels.shape[:2])
+        pixels = pixels[:height, :width].reshape(height // 2, 2, width // 2, 2, 3).mean(axis=(1, 3))
+    return {
+        "name": light.name,
+        "sh": coefficients,
+        "rotation": light.rotation,
+        "size": [pixels.shape[1], pixels.shape[0]],
+        "map": _packed(shared_exponent(pixels).tobytes()),
+    }
+
+
+def _texture(texels: Texels) -> dict[str, Any]:
+    """A texture of the scene in half precision, which every WebGL 2 filters."""
+    values = texels.values.transpose(1, 2, 0) if texels.flat else texels.values
+    return {"size": texels.size, "data": _packed(np.ascontiguousarray(values, np.float16).tobytes())}
+
+
+def shared_exponent(pixels: Float[ndarray, "h w 3"]) -> ndarray:
+    """RGB9_E5, uint32 (H, W): nine bits a channel under one exponent (OpenGL 4.5, Sec. 8.5.2)."""
+    x = np.clip(pixels.astype(np.float64), 0, 65408)
+    exponent = np.maximum(-16, np.floor(np.log2(np.maximum(x.max(axis=-1), 1e-30)))) + 16
+    overflow = np.floor(x.max(axis=-1) / 2.0 ** (exponent - 24) + 0.5) == 512
+    exponent += overflow
+    rgb = np.floor(x / 2.0 ** (exponent[..., None] - 24) + 0.5).astype(np.uint32)
+    return rgb[..., 0] | rgb[..., 1] << 9 | rgb[..., 2] << 18 | exponent.astype(np.uint32) << 27
+
+
+def _packed(data: bytes) -> str:
+    """Deflated, in base64."""
+    return base64.b64encode(zlib.compress(data, 9)).decode()

@@ -1,0 +1,1 @@
+"""Pictures: files, tone, cameras, and how far two pictures are apart."""

@@ -1,0 +1,70 @@
+"""The camera: a pinhole; rays pass through pixel centres (+0.5), row 0 is on top, x to the right."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from sdfprt.core import settings
+from sdfprt.core.errors import SdfprtError
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Scene units; `fov` is vertical, degrees."""
+
+    eye: Vector = (1.6, 1.2, 2.2)
+    target: Vector = (0.0, 0.0, 0.0)
+    up: Vector = (0.0, 1.0, 0.0)
+    fov: float = settings.Camera.fov
+
+    def __post_init__(self) -> None:
+        if not 0 < self.fov < 180:
+            raise SdfprtError(f"camera: the field of view {self.fov} must lie between 0 and 180 degrees")
+        if np.linalg.norm(np.cross(np.subtract(self.target, self.eye), self.up)) < 1e-9:
+            raise SdfprtError("camera: eye and target coincide, or the view is along `up`")
+
+    @classmethod
+    def framing(cls, bounds: tuple[Vector, Vector], fov: float = settings.Camera.fov) -> "Camera":
+        """Looks at the whole of the bounds from the front right, slightly above."""
+        low, high = np.asarray(bounds, float)
+        center, radius = (low + high) / 2, np.linalg.norm(high - low) / 2
+        direction = np.array([0.5, 0.4, 0.77])
+        eye = center + direction / np.linalg.norm(direction) * 0.85 * radius / np.sin(np.radians(fov) / 2)
+        return cls(eye=tuple(eye.tolist()), target=tuple(center.tolist()), fov=fov)
+
+    @property
+    def axes(self) -> Float[ndarray, "3 3"]:
+        """Rows: right, up, forward; unit length."""
+        forward = np.subtract(self.target, self.eye).astype(float)
+        forward /= np.linalg.norm(forward)
+        right = np.cross(forward, self.up)
+        right /= np.linalg.norm(right)
+        return np.stack([right, np.cross(right, forward), forward])
+
+    @property
+    def half_height(self) -> float:
+        """Of the image plane at distance 1."""
+        return float(np.tan(np.radians(self.fov) / 2))
+
+    def plane(self, aspect: float) -> Float[ndarray, "3 3"]:
+        """Rows: right and up as far as the edges of the image plane at distance 1, and forward; `aspect` is width / height."""
+        return self.axes * np.array([[self.half_height * aspect], [self.half_height], [1.0]])
+
+    def turned(self, radians: float) -> "Camera":
+        """Moved about the target's vertical."""
+        x, y, z = np.subtract(self.eye, self.target)
+        c, s = np.cos(radians), np.sin(radians)
+        return replace(self, eye=tuple(np.add(self.target, (c * x + s * z, y, c * z - s * x)).tolist()))
+
+    def rays(self, size: tuple[int, int], samples: int = 1) -> tuple[Float[ndarray, "3"], Float[ndarray, "h w 3"]]:
+        """Origin and unit directions through the centres of samples x samples cells of each pixel; size is (W, H)."""
+        width, height = size[0] * samples, size[1] * samples
+        x = ((np.arange(width) + 0.5) / width * 2 - 1) * self.half_height * size[0] / size[1]
+        y = (1 - (np.arange(height) + 0.5) / height * 2) * self.half_height
+        right, up, forward = self.axes
+        d = x[None, :, None] * right + y[:, None, None] * up + forward
+        return np.asarray(self.eye, float), d / np.linalg.norm(d, axis=-1, keepdims=True)

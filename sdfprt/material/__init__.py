@@ -1,0 +1,1 @@
+"""Materials and the shading that joins them with light and transfer."""

@@ -1,0 +1,99 @@
+"""Materials: one class a lobe, with its zonal SH coefficients and its evaluation."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from sdfprt.core import settings
+from sdfprt.core.errors import SdfprtError
+from sdfprt.maths import sh
+
+Colour = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Diffuse:
+    """Lambertian: albedo / pi."""
+
+    albedo: Colour = settings.Material.albedo
+
+    @property
+    def lobes(self) -> tuple["Diffuse | Phong", ...]:
+        return (self,)
+
+    def evaluate(self, normals: ndarray, incoming: ndarray, outgoing: ndarray) -> Float[ndarray, "n 3"]:
+        """BRDF at unit directions that point away from the surface, each (N, 3)."""
+        return np.broadcast_to(np.asarray(self.albedo) / np.pi, np.broadcast_shapes(incoming.shape, normals.shape)).copy()
+
+
+@dataclass(frozen=True)
+class Phong:
+    """specular (s+2)/(2 pi) cos^s about the mirrored view (Phong 1975, normalised)."""
+
+    exponent: float = settings.Material.exponent
+    specular: Colour = settings.Material.specular
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.exponent <= 10_000:
+            raise SdfprtError(f"Phong exponent {self.exponent}: give a number from 0 to 10000")
+
+    @property
+    def lobes(self) -> tuple["Diffuse | Phong", ...]:
+        return (self,)
+
+    def zonal(self, bands: int) -> Float[ndarray, "bands"]:
+        """f_l of the lobe without its colour."""
+        return sh.power_zonal(self.exponent, bands)
+
+    def evaluate(self, normals: ndarray, incoming: ndarray, outgoing: ndarray) -> Float[ndarray, "n 3"]:
+        """BRDF at unit directions that point away from the surface, each (N, 3)."""
+        mirrored = 2 * np.sum(normals * outgoing, axis=-1, keepdims=True) * normals - outgoing
+        cosine = np.maximum(np.sum(mirrored * incoming, axis=-1, keepdims=True), 0)
+        return np.asarray(self.specular) * (self.exponent + 2) / (2 * np.pi) * cosine**self.exponent
+
+
+@dataclass(frozen=True)
+class DiffusePhong:
+    """The sum of the two lobes."""
+
+    albedo: Colour = settings.Material.albedo
+    exponent: float = settings.Material.exponent
+    specular: Colour = settings.Material.specular
+
+    @property
+    def lobes(self) -> tuple[Diffuse | Phong, ...]:
+        return Diffuse(self.albedo), Phong(self.exponent, self.specular)
+
+
+Material = Diffuse | Phong | DiffusePhong
+
+
+def parse(text: str, albedo: Colour | None = None, specular: Colour | None = None) -> Material:
+    """`diffuse`, `phong:32` or `diffuse+phong:32` with the given colours. Raises SdfprtError for anything else."""
+    parts = text.lower().replace(" ", "").split("+")
+    base = albedo or settings.Material.albedo
+    shine = specular or settings.Material.specular
+    try:
+        if parts == ["diffuse"]:
+            return Diffuse(base)
+        name, _, exponent = parts[-1].partition(":")
+        s = float(exponent) if exponent else settings.Material.exponent
+        if name == "phong" and len(parts) == 1:
+            return Phong(s, shine)
+        if name == "phong" and parts[0] == "diffuse" and len(parts) == 2:
+            return DiffusePhong(base, s, shine)
+    except ValueError:
+        pass
+    raise SdfprtError(f"material {text}: expected diffuse, phong:S or diffuse+phong:S, such as phong:32")
+
+
+def name(material: Material) -> str:
+    """As `parse` reads it, without colours: diffuse, phong:32, diffuse+phong:32."""
+    return "+".join("diffuse" if isinstance(lobe, Diffuse) else f"phong:{lobe.exponent:g}" for lobe in material.lobes)
+
+
+def parts(material: Material) -> dict:
+    """What it has of albedo, specular and exponent."""
+    return {part: getattr(material, part) for part in ("albedo", "specular", "exponent") if hasattr(material, part)}

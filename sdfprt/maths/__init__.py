@@ -1,0 +1,1 @@
+"""Directions, sequences and spherical harmonics."""

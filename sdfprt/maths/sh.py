@@ -1,0 +1,156 @@
+"""Real spherical harmonics: orthonormal, Condon-Shortley, polar axis z, index l(l+1)+m (Sloan 2008, App. A2).
+
+y_1 = 0.488603 (-y, z, -x): for m > 0 sqrt(2) Re, for m < 0 sqrt(2) Im of the complex harmonic of order |m|.
+"""
+
+import functools
+import sys
+from math import factorial, pi, sqrt
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from sdfprt.core.errors import SdfprtError
+from sdfprt.maths import sphere
+
+MAX_BANDS = 10
+
+
+def module_of(values: Any) -> Any:
+    """numpy, or torch for a tensor: formulas that are written once call functions of it that both have."""
+    return sys.modules["torch"] if type(values).__module__.partition(".")[0] == "torch" else np
+
+
+def basis(d: Float[Any, "*n 3"], bands: int) -> Float[Any, "*n k"]:
+    """All k = bands**2 basis functions at unit directions, by the recurrence in l of each order m; for a tensor a tensor."""
+    if not 1 <= bands <= 2 * MAX_BANDS:
+        raise SdfprtError(f"SH bands must be 1 to {2 * MAX_BANDS}, not {bands}")
+    xp = module_of(d)
+    d = np.asarray(d, np.float64) if xp is np else d
+    x, y, z = d[..., 0], d[..., 1], d[..., 2]
+    out = [z] * (bands * bands)
+    # Re and Im of (x + iy)^m carry sin^m cos(m phi) and sin^m sin(m phi)
+    re, im = xp.ones_like(x), xp.zeros_like(x)
+    diagonal = 1.0  # P_m^m without its sin^m, Condon-Shortley sign included
+    for m in range(bands):
+        before, here = xp.zeros_like(z), xp.full_like(z, diagonal)
+        for degree in range(m, bands):
+            scale = sqrt((2 * degree + 1) / (4 * pi) * factorial(degree - m) / factorial(degree + m))
+            at = degree * (degree + 1)
+            if m == 0:
+                out[at] = scale * here
+            else:
+                out[at + m] = sqrt(2) * scale * here * re
+                out[at - m] = sqrt(2) * scale * here * im
+            before, here = here, ((2 * degree + 1) * z * here - (degree + m) * before) / (degree - m + 1)
+        re, im = re * x - im * y, re * y + im * x
+        diagonal *= -(2 * m + 1)
+    return xp.stack(out, -1)
+
+
+def project(latlong: Float[ndarray, "h w c"], bands: int) -> Float[ndarray, "k c"]:
+    """Coefficients of a lat-long map, each texel weighed by its exact solid angle."""
+    latlong = np.asarray(latlong, np.float64)
+    height, width = latlong.shape[:2]
+    weights = np.broadcast_to(sphere.latlong_solid_angles(height, width), (height, width))
+    total = np.zeros((bands * bands, latlong.shape[2]))
+    for row, direction in enumerate(sphere.latlong_directions(height, width)):
+        total += basis(direction, bands).T @ (latlong[row] * weights[row, :, None])
+    return total
+
+
+@functools.cache
+def quadrature(degree: int) -> tuple[ndarray, ndarray]:
+    """Directions (N, 3) and weights (N,) that integrate polynomials up to `degree` exactly: Gauss in z, even steps about it."""
+    nodes, weights = np.polynomial.legendre.leggauss(degree // 2 + 1)
+    around = degree + 1
+    phi = 2 * pi * np.arange(around) / around
+    z, p = np.meshgrid(nodes, phi, indexing="ij")
+    r = np.sqrt(1 - z * z)
+    directions = np.stack([r * np.cos(p), r * np.sin(p), z], axis=-1).reshape(-1, 3)
+    return directions, np.repeat(weights * 2 * pi / around, around)
+
+
+def rotation(R: Float[ndarray, "3 3"], bands: int) -> Float[ndarray, "k k"]:
+    """Matrix M with (M c) the coefficients of f(R^-1 w), f with coefficients c; R any orthogonal matrix.
+
+    Raises SdfprtError where R is not orthogonal. Exact: each band is integrated by a rule of sufficient degree.
+    """
+    R = np.asarray(R, np.float64)
+    if R.shape != (3, 3) or not np.allclose(R @ R.T, np.eye(3), atol=1e-5):
+        raise SdfprtError("a rotation must be an orthogonal 3x3 matrix")
+    directions, weights = quadrature(2 * (bands - 1))
+    turned = basis(directions @ R, bands)  # y_j(R^-1 w)
+    full = (basis(directions, bands) * weights[:, None]).T @ turned
+    degree = np.repeat(np.arange(bands), 2 * np.arange(bands) + 1)
+    return np.where(degree[:, None] == degree[None, :], full, 0.0)
+
+
+@functools.cache
+def triple_product(bi: int, bj: int, bk: int) -> Float[ndarray, "i j k"]:
+    """tau_ijk, the integral of y_i y_j y_k, by exact quadrature; bands chosen independently."""
+    directions, weights = quadrature(bi + bj + bk - 3)
+    a, b, c = basis(directions, bi), basis(directions, bj), basis(directions, bk)
+    tau = np.einsum("ni,nj,nk,n->ijk", a, b, c, weights, optimize=True)
+    tau[np.abs(tau) < 1e-12] = 0.0
+    return tau
+
+
+def cosine_zonal(bands: int) -> Float[ndarray, "n"]:
+    """f_l of the clamped cosine: the integral of max(cos, 0) y_l0 (Ramamoorthi and Hanrahan 2001)."""
+    return _zonal(lambda z: z, bands)
+
+
+def power_zonal(exponent: float, bands: int) -> Float[ndarray, "n"]:
+    """f_l of (s+2)/(2 pi) cos^s on the upper half, s = exponent."""
+    return _zonal(lambda z: (exponent + 2) / (2 * pi) * z**exponent, bands, nodes=int(64 + exponent))
+
+
+def _zonal(f, bands: int, nodes: int = 64) -> ndarray:
+    """Integral of f(z) y_l0 over the upper half sphere, Gauss-Legendre on [0, 1]."""
+    x, w = np.polynomial.legendre.leggauss(min(nodes, 2000))
+    z, w = 0.5 * (x + 1), 0.5 * w
+    return np.array(
+        [
+            2 * pi * sqrt((2 * n + 1) / (4 * pi)) * np.sum(w * f(z) * np.polynomial.legendre.Legendre.basis(n)(z))
+            for n in range(bands)
+        ]
+    )
+
+
+def band_of(bands: int) -> ndarray:
+    """Band l of each coefficient."""
+    return np.repeat(np.arange(bands), 2 * np.arange(bands) + 1)
+
+
+def dering(coefficients: Float[ndarray, "k c"]) -> tuple[Float[ndarray, "k c"], float]:
+    """Window the bands until the reconstruction is nowhere negative (Sloan 2017, "Deringing Spherical Harmonics").
+
+    The window damps band l by 1 / (1 + s l^2 (l+1)^2); s is the smallest that works, searched by bisection. Returns the
+    coefficients and s, 0 where none is needed.
+    """
+    bands = round(len(coefficients) ** 0.5)
+    if bands == 1:
+        return coefficients, 0.0
+    n = band_of(bands).astype(float)
+    dense = basis(sphere.uniform_sphere(sphere.low_discrepancy(6000)), bands)
+
+    def windowed(s: float) -> ndarray:
+        return coefficients / (1 + s * (n * (n + 1)) ** 2)[:, None]
+
+    floor = -1e-3 * np.abs(coefficients[0]) * dense[0, 0]
+
+    def negative(s: float) -> bool:
+        return bool(((dense @ windowed(s)).min(axis=0) < floor).any())
+
+    if not negative(0.0):
+        return coefficients, 0.0
+    low, high = 0.0, 1e-4
+    while negative(high) and high < 1e3:
+        low, high = high, high * 2
+    for _ in range(12):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if negative(middle) else (low, middle)
+    return windowed(high), high

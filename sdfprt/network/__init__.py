@@ -1,0 +1,1 @@
+"""The network that holds transfer, and its fit."""

@@ -1,0 +1,220 @@
+"""The recipe that trains a transfer network: squared loss, Muon on the matrices, Adam on the biases, one cycle.
+
+Targets are Monte Carlo transfer; their noise is unbiased, so the squared loss fits the mean through it (L1 would fit
+the median). A step depends on the seed and on what the step before left, nothing else: a checkpoint taken anywhere goes
+on to the same bits. Muon is momentum whose steps are orthogonalised by a Newton-Schulz iteration (Jordan et al. 2024),
+here in float32, since CPUs lack a fast bfloat16.
+"""
+
+import math
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import torch
+from jaxtyping import Float
+from numpy import ndarray
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save
+
+from sdfprt.core import progress
+from sdfprt.core.errors import SdfprtError
+from sdfprt.core.settings import Fit, Network
+from sdfprt.imaging.image import atomic_write
+from sdfprt.network.mlp import TransferNet
+from sdfprt.network.optimizer import Descent, descend, matrices
+
+Samples = tuple[ndarray, ndarray, ndarray]
+_HELD_OUT = 20  # one sample of so many is for validation, where none are given
+_WARM_UP = 0.1  # of the steps
+_STRIDE = 50  # steps between looks at the clock
+_LOOK = 200  # steps between looks at the target
+_CHUNK = 65_536  # samples encoded at once
+_MOMENTUM = 0.95
+_BETAS = (0.9, 0.99)
+
+
+def fit_transfer(
+    points: Float[ndarray, "n 3"],
+    normals: Float[ndarray, "n 3"],
+    transfer: Float[ndarray, "n k"],
+    *,
+    width: int = Network.width,
+    layers: int = Network.layers,
+    position_frequencies: int = Network.position_frequencies,
+    normal_frequencies: int = Network.normal_frequencies,
+    center: ndarray | tuple[float, float, float] | None = None,
+    extent: float | None = None,
+    steps: int = Fit.steps,
+    batch: int = Fit.batch,
+    rate: float = Fit.rate,
+    seed: int = 0,
+    validation: Samples | None = None,
+    checkpoint: Path | None = None,
+    target_psnr: float | None = None,
+    device: str | None = None,
+) -> TransferNet:
+    """Train a network on transfer (N, bands**2) at points with unit normals (learnt transfer, Sec. 3.2).
+
+    `validation` holds (points, normals, transfer) that are not trained on; without it every 20th sample is put aside.
+    The error there is `info["validation_rmse"]` and `info["validation_psnr"]`; training ends early where the latter
+    reaches `target_psnr`. `center` and `extent` map the scene into [-1, 1]^3; default: the box of the points.
+    `checkpoint` names a file that is written every few seconds; where it exists, training goes on from it to the result
+    that an undisturbed run would have had. Raises SdfprtError for samples that do not fit together or are not finite.
+    """
+    bands = _check(points, normals, transfer, width, layers)
+    device = device or ("cuda" if torch.cuda.is_available() else "cpu")
+    if center is None or extent is None:
+        low, high = points.min(0), points.max(0)
+        center, extent = tuple(((low + high) / 2).tolist()), float((high - low).max()) / 2
+    if validation is None:
+        aside = np.arange(len(points)) % _HELD_OUT == _HELD_OUT - 1
+        validation = points[aside], normals[aside], transfer[aside]
+        points, normals, transfer = points[~aside], normals[~aside], transfer[~aside]
+    scale = np.maximum(1.05 * np.abs(transfer).max(axis=0), 1e-6).astype(np.float32)
+
+    x, n, target, to_scale = (
+        torch.as_tensor(np.asarray(a, np.float32), device=device)
+        for a in ((points - center) / extent, normals, transfer / scale, scale)
+    )
+    parts = zip(x.split(_CHUNK), n.split(_CHUNK), strict=True)
+    features = torch.cat([_encode(a, b, position_frequencies, normal_frequencies) for a, b in parts])
+    inputs = 6 + 6 * (position_frequencies + normal_frequencies)
+    sizes = [inputs, *[width] * (layers - 1), transfer.shape[1]]
+    state = _initial(sizes, seed, device)
+    start = _resume(checkpoint, state) if checkpoint else 0
+    saved, done = time.monotonic(), start
+
+    def network() -> TransferNet:
+        """The weights as they are now, matrices in half precision as a file holds them: what is kept is measured."""
+        biases = state["biases"].cpu().numpy().copy()
+        return TransferNet(
+            [
+                (w.half().float().cpu().numpy(), b)
+                for w, b in zip(matrices(state["weights"], sizes), np.split(biases, np.cumsum(sizes[1:-1])), strict=True)
+            ],
+            scale,
+            (float(center[0]), float(center[1]), float(center[2])),
+            float(extent),
+            position_frequencies,
+            normal_frequencies,
+            bands,
+        )
+
+    slopes = 2 * to_scale.square() / min(batch, len(x))
+    with (
+        descend(sizes, state["weights"], state["biases"], features, target, slopes) as descent,
+        progress.track(f"fit k={width}", steps) as advance,
+    ):
+        advance(start)
+        for step, rows in zip(range(start, steps), _batches(len(x), batch, seed, start), strict=False):
+            _update(state, descent, rows, step, rate * _cycle(step / steps))
+            if (step + 1) % _STRIDE == 0:
+                advance(_STRIDE)
+                if checkpoint and time.monotonic() - saved > Fit.seconds:
+                    _store(checkpoint, state, step + 1)
+                    saved = time.monotonic()
+            done = step + 1
+            if target_psnr and done % _LOOK == 0 and measure(network(), *validation)["validation_psnr"] >= target_psnr:
+                break
+
+    net = network()
+    about = {"samples": len(x), "steps": done, "batch": batch, "seed": seed, **measure(net, *validation)}
+    if not math.isfinite(about["validation_rmse"]):
+        raise SdfprtError(f"fit_transfer: the fit diverged; lower the rate ({rate})")
+    return replace(net, info=about)
+
+
+def measure(net: TransferNet, points: ndarray, normals: ndarray, transfer: ndarray) -> dict[str, float]:
+    """RMSE of the network over all coefficients, and its PSNR in dB with the largest T_0 as peak."""
+    rmse = float(np.sqrt(np.mean((net.predict(points, normals) - transfer) ** 2)))
+    return {"validation_rmse": rmse, "validation_psnr": 20 * math.log10(float(transfer[:, 0].max()) / max(rmse, 1e-12))}
+
+
+def _check(points: ndarray, normals: ndarray, transfer: ndarray, width: int, layers: int) -> int:
+    """Bands of samples that belong together."""
+    bands = math.isqrt(transfer.shape[-1])
+    if points.shape != normals.shape or len(points) != len(transfer) or bands**2 != transfer.shape[-1]:
+        shapes = f"points {points.shape}, normals {normals.shape}, transfer {transfer.shape}"
+        raise SdfprtError(f"fit_transfer: {shapes}; expected (N, 3), (N, 3), (N, bands**2)")
+    if len(points) < 2 * _HELD_OUT:
+        raise SdfprtError(f"fit_transfer: {len(points)} samples are too few; give at least {2 * _HELD_OUT}")
+    if width < 4 or layers < 2:
+        raise SdfprtError(f"fit_transfer: width {width} and layers {layers}; give at least 4 and 2")
+    if not all(np.isfinite(a).all() for a in (points, normals, transfer)):
+        raise SdfprtError("fit_transfer: points, normals or transfer hold NaN or Inf")
+    return bands
+
+
+def _encode(x: torch.Tensor, n: torch.Tensor, position_frequencies: int, normal_frequencies: int) -> torch.Tensor:
+    """The features of `network.encode`, every octave from the one before by doubling the angle."""
+    parts = [x, n]
+    for v, octaves in ((x, position_frequencies), (n, normal_frequencies)):
+        sine, cosine = torch.sin(torch.pi * v), torch.cos(torch.pi * v)
+        for _ in range(octaves):
+            parts += [sine, cosine]
+            sine, cosine = 2 * sine * cosine, 1 - 2 * sine * sine
+    return torch.cat(parts, 1)
+
+
+def _initial(sizes: list[int], seed: int, device: str) -> dict[str, torch.Tensor]:
+    """Matrices drawn for leaky ReLU (He et al. 2015), biases and moments zero; each one flat, layer after layer."""
+    generator = torch.Generator().manual_seed(seed)
+    drawn = [math.sqrt(2 / n) * torch.randn(m * n, generator=generator) for n, m in pairwise(sizes)]
+    weights, biases = torch.cat(drawn).to(device), torch.zeros(sum(sizes[1:]), device=device)
+    moments = {"momentum": weights, "mean": biases, "square": biases}
+    return {"weights": weights, "biases": biases, **{name: torch.zeros_like(like) for name, like in moments.items()}}
+
+
+def _batches(count: int, batch: int, seed: int, start: int) -> Iterator[torch.Tensor]:
+    """Rows of batch `start`, `start` + 1 …: every epoch is a permutation that its number and the seed decide."""
+    per_epoch = max(count // batch, 1)
+    while True:
+        order = torch.from_numpy(np.random.default_rng([seed, start // per_epoch]).permutation(count))
+        for i in range(start % per_epoch, per_epoch):
+            yield order[i * batch : (i + 1) * batch]
+            start += 1
+
+
+def _cycle(t: float) -> float:
+    """Learning rate of the cycle at t in [0, 1), of its peak: a short rise, then a cosine down to zero."""
+    return t / _WARM_UP if t < _WARM_UP else 0.5 + 0.5 * math.cos(math.pi * (t - _WARM_UP) / (1 - _WARM_UP))
+
+
+@torch.no_grad()
+def _update(state: dict[str, torch.Tensor], descent: Descent, rows: torch.Tensor, step: int, rate: float) -> None:
+    """One step of Muon on the matrices and of Adam on the biases, in place."""
+    by_weights, by_biases = descent.gradients(rows)
+    state["momentum"].lerp_(by_weights, 1 - _MOMENTUM)
+    turned = descent.orthogonal(torch.lerp(by_weights, state["momentum"], _MOMENTUM))
+    for w, g in zip(matrices(state["weights"], descent.sizes), matrices(turned, descent.sizes), strict=True):
+        w.add_(g, alpha=-rate * math.sqrt(max(1, g.shape[0] / g.shape[1])))
+
+    mean, square = state["mean"].lerp_(by_biases, 1 - _BETAS[0]), state["square"].lerp_(by_biases.square(), 1 - _BETAS[1])
+    unbiased = [m / (1 - beta ** (step + 1)) for m, beta in zip((mean, square), _BETAS, strict=True)]
+    state["biases"].add_(unbiased[0] / (unbiased[1].sqrt() + 1e-10), alpha=-rate * Fit.bias_share)
+
+
+def _store(path: Path, state: dict[str, torch.Tensor], step: int) -> None:
+    with atomic_write(path) as temporary:
+        temporary.write_bytes(save({k: v.detach().cpu().contiguous() for k, v in state.items()}, {"step": str(step)}))
+
+
+def _resume(path: Path, state: dict[str, torch.Tensor]) -> int:
+    """Fill the state from a checkpoint; 0 where there is none that fits."""
+    if not path.is_file():
+        return 0
+    try:
+        with safe_open(path, "pt") as file:
+            stored = {name: file.get_tensor(name) for name in state}
+            step = int(file.metadata()["step"])
+    except (SafetensorError, KeyError, TypeError):
+        return 0
+    if any(stored[name].shape != t.shape for name, t in state.items()):
+        return 0
+    for name, t in state.items():
+        t.copy_(stored[name])
+    return step

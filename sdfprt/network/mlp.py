@@ -1,0 +1,131 @@
+"""The transfer network: (p, n) -> T, a small MLP with positional encoding (learnt transfer, Sec. 4).
+
+Features, in this order: x, n, then for each octave k sin(2^k pi x), cos(2^k pi x), then the same for n; with
+x = (p - center) / extent. Layers are linear with leaky ReLU (slope 0.01) between them; T = scale * tanh(last layer).
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from sdfprt.core.errors import SdfprtError
+from sdfprt.imaging.image import atomic_write
+
+FORMAT = "sdfprt-transfer-1"
+SLOPE = 0.01
+
+
+def encode(x: ndarray, normals: ndarray, position_frequencies: int, normal_frequencies: int) -> Float[ndarray, "n f"]:
+    """Features of normalised positions and unit normals."""
+    parts = [x, normals]
+    for values, octaves in ((x, position_frequencies), (normals, normal_frequencies)):
+        for k in range(octaves):
+            parts += [np.sin(2.0**k * np.pi * values), np.cos(2.0**k * np.pi * values)]
+    return np.concatenate(parts, axis=1).astype(np.float32)
+
+
+@dataclass(frozen=True, eq=False)
+class TransferNet:
+    """`weights`: (W (out, in), b (out,)) a layer; `scale` (bands**2,); `info`: how it was fitted, its error."""
+
+    weights: list[tuple[ndarray, ndarray]]
+    scale: Float[ndarray, "k"]
+    center: tuple[float, float, float]
+    extent: float
+    position_frequencies: int
+    normal_frequencies: int
+    bands: int
+    info: dict = field(default_factory=dict)
+
+    @functools.cached_property
+    def digest(self) -> str:
+        """Of all that the network computes with."""
+        encoding = (self.center, self.extent, self.position_frequencies, self.normal_frequencies)
+        h = hashlib.sha256(repr(encoding).encode())
+        for w, b in self.weights:
+            h.update(w.tobytes() + b.tobytes())
+        return h.hexdigest()[:16]
+
+    def predict(self, points: Float[ndarray, "n 3"], normals: Float[ndarray, "n 3"]) -> Float[ndarray, "n k"]:
+        """Transfer at surface points with unit normals, in batches that stay in cache."""
+        out = np.empty((len(points), len(self.scale)), np.float32)
+        for first in range(0, len(points), 4096):
+            part = slice(first, first + 4096)
+            x = (np.asarray(points[part], np.float32) - np.asarray(self.center, np.float32)) / np.float32(self.extent)
+            h = encode(x, np.asarray(normals[part], np.float32), self.position_frequencies, self.normal_frequencies)
+            for w, b in self.weights[:-1]:
+                h = h @ w.T + b
+                h = np.maximum(h, SLOPE * h)
+            w, b = self.weights[-1]
+            out[part] = self.scale * np.tanh(h @ w.T + b)
+        return out
+
+    def tensors(self) -> dict[str, ndarray]:
+        """What a file holds; weights in half precision, which moves T by less than 1e-3 of its scale."""
+        tensors: dict[str, ndarray] = {"scale": self.scale.astype(np.float32)}
+        for k, (w, b) in enumerate(self.weights):
+            tensors[f"weight{k}"], tensors[f"bias{k}"] = w.astype(np.float16), b.astype(np.float32)
+        return tensors
+
+    def metadata(self) -> dict:
+        return {
+            "format": FORMAT,
+            "center": list(self.center),
+            "extent": self.extent,
+            "position_frequencies": self.position_frequencies,
+            "normal_frequencies": self.normal_frequencies,
+            "bands": self.bands,
+            "info": self.info,
+        }
+
+    def save(self, path: str | Path, **metadata) -> None:
+        """Write a safetensors file, whole or not at all; `metadata` is added to the JSON in its header."""
+        from safetensors.numpy import save_file
+
+        with atomic_write(path) as temporary:
+            save_file(self.tensors(), str(temporary), {"sdfprt": json.dumps({**self.metadata(), **metadata})})
+
+    @classmethod
+    def load(cls, path: str | Path) -> TransferNet:
+        """Read a file of `save`. Raises SdfprtError for a missing, truncated or foreign one."""
+        return read(path)[0]
+
+
+def read(path: str | Path) -> tuple[TransferNet, dict]:
+    """The network in a file, and all its metadata. Raises SdfprtError for a missing, truncated or foreign file."""
+    from safetensors import SafetensorError, safe_open
+
+    if not Path(path).is_file():
+        raise SdfprtError(f"{path}: no such file; `sdfprt bake SCENE -o FILE` makes one")
+    try:
+        with safe_open(str(path), "numpy") as file:
+            header = (file.metadata() or {}).get("sdfprt")
+            tensors = {name: file.get_tensor(name) for name in file.keys()}
+        if header is None:
+            raise SdfprtError(f"{path}: a safetensors file, but not of sdfprt; `sdfprt bake SCENE -o FILE` makes one")
+        meta = json.loads(header)
+        if meta.get("format") != FORMAT:
+            raise SdfprtError(f"{path}: format {meta.get('format')}, expected {FORMAT}")
+        count = sum(name.startswith("weight") for name in tensors)
+        weights = [(tensors[f"weight{k}"].astype(np.float32), tensors[f"bias{k}"]) for k in range(count)]
+        net = TransferNet(
+            weights,
+            tensors["scale"],
+            tuple(meta["center"]),
+            meta["extent"],
+            meta["position_frequencies"],
+            meta["normal_frequencies"],
+            meta["bands"],
+            meta["info"],
+        )
+    except (SafetensorError, KeyError, json.JSONDecodeError, OSError) as error:
+        raise SdfprtError(f"{path}: not a readable asset, or cut short ({error}); delete it and bake again") from None
+    return net, meta

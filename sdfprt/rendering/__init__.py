@@ -1,0 +1,1 @@
+"""From scene, asset, light and camera to a picture."""

@@ -1,0 +1,235 @@
+"""Shader text: pieces of shaders/*.glsl, the network's weights as constants, the user's scene last.
+
+The user's text comes after ours, so its macros cannot touch us; names of ours that it declares again are renamed there.
+"""
+
+import functools
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sdfprt.core import settings
+from sdfprt.core.resources import folder
+from sdfprt.glsl.parts import KINDS
+from sdfprt.glsl.text import blocks, fours, number, vector, without_comments
+from sdfprt.material.lobes import Diffuse, Material, parts
+from sdfprt.maths import sh
+from sdfprt.network.mlp import SLOPE, TransferNet
+from sdfprt.sdf.scene import NORMAL_STEP, Scene
+
+VERSION = "#version 430"
+SURFACE = ("camera", "trace", "normal", "surface")
+LIGHT = ("network", "sh", "shade", "light")
+FREE = ("free",)
+BACKGROUND = ("camera", "background")
+GRAIN = 4  # samples along a side that a cone of the coarse pass holds
+_TEXELS = 1024  # in a row of the texture of weights
+
+
+@dataclass(frozen=True)
+class Variant:
+    """What makes another lighting program: lobes, bands, fixed light (TPFL) or the whole triple product (TP)."""
+
+    lobes: int  # 1 diffuse, 2 Phong, 3 both
+    light_bands: int = 4
+    result_bands: int = 4
+    fixed_light: bool = True
+    points: int = 1  # samples an invocation takes through the network together
+    constant: str = ""  # digest of the network whose weights are in the text
+
+
+def lobes_of(material: Material) -> int:
+    return sum(1 if isinstance(lobe, Diffuse) else 2 for lobe in material.lobes)
+
+
+@functools.cache
+def piece(name: str) -> str:
+    """Text of shaders/<stage>/<name>.glsl; names are unique over the stages."""
+    (path,) = folder("shaders").glob(f"*/{name}.glsl")
+    return path.read_text()
+
+
+def _quads(count: int) -> int:
+    return -(-count // 4)
+
+
+def join(pieces: tuple[str, ...]) -> str:
+    """The pieces, each under a #line whose ten-thousands say which piece it is."""
+    return "\n".join(f"#line {10000 * at + 1}\n{piece(name)}" for at, name in enumerate(pieces, 1))
+
+
+def place(message: str, pieces: tuple[str, ...]) -> str:
+    """A driver's message with its numbers turned back into `piece.glsl:line`."""
+
+    def name(match: re.Match) -> str:
+        at, line = divmod(int(match[1]), 10000)
+        return f"{pieces[at - 1]}.glsl:{line}" if 1 <= at <= len(pieces) else match[0]
+
+    return re.sub(r"\b0:(\d+)\b", name, message)
+
+
+def flags(scene: Scene) -> list[str]:
+    """What the pieces ask of a scene's text."""
+    return [f"#define HAS_{name.upper()}" for name in KINDS if getattr(scene, f"has_{name}")]
+
+
+def scene_uniforms(scene: Scene) -> dict[str, Any]:
+    """Uniforms of trace.glsl and normal.glsl."""
+    low, high = scene.bounds
+    return {
+        "boundsLow": low,
+        "boundsHigh": high,
+        "hitDistance": settings.Trace.hit * scene.diagonal,
+        "stepFactor": scene.step,
+        "marchSteps": settings.Trace.steps,
+        "normalStep": NORMAL_STEP * scene.diagonal,
+    }
+
+
+def network_uniforms(net: TransferNet) -> dict[str, Any]:
+    """Uniforms of network.glsl, without the weights."""
+    return {"networkCenter": tuple(map(float, net.center)), "networkExtent": float(net.extent), "networkScale": fours(net.scale)}
+
+
+def picture_uniforms(material: Material) -> dict[str, Any]:
+    """Uniforms of picture.glsl for what the material has; `albedo` and `exponent` are the scene's functions there."""
+    names = {"albedo": "baseColour", "exponent": "baseExponent", "specular": "specular"}
+    return {names[part]: value for part, value in parts(material).items()}
+
+
+def surface_fragment(scene: Scene) -> str:
+    """The first pass: what each sample sees."""
+    ours = "\n".join([VERSION, *flags(scene), join(SURFACE)])
+    return "\n".join([ours, renamed(ours, scene.shader_source), "#line 1", scene.shader_source])
+
+
+def own_fragment(pieces: tuple[str, ...]) -> str:
+    """A pass without anything of the scene's or the network's: FREE or BACKGROUND."""
+    return "\n".join([VERSION, join(pieces)])
+
+
+def light_compute(net: TransferNet, variant: Variant) -> str:
+    """The second pass, a compute shader without text of the user's; without weights too, the same for all, if not `constant`."""
+    tau = [] if variant.fixed_light else [tau_text(net.bands, variant.light_bands, variant.result_bands)]
+    weights = [constant_network(net)] if variant.constant else []
+    return "\n".join([VERSION, defines(net, variant), *tau, *weights, join(light_pieces(variant))])
+
+
+def light_pieces(variant: Variant) -> tuple[str, ...]:
+    """The pieces of the second pass."""
+    return LIGHT[1:] if variant.constant else LIGHT
+
+
+def constant_network(net: TransferNet) -> str:
+    """What network.glsl computes, for one point, as statements with the weights in them.
+
+    Generated code is the exception here: Mesa's CPU driver fetches what it reads from textures and buffers lane by lane, and
+    multiplies by constants seven times as fast.
+    """
+    lines = ["void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS]) {"]
+
+    # Features, each octave by the formulas of the double angle
+    lines.append(f"vec3 e0 = (p[0] - {vector(net.center)}) / {number(net.extent)}, e1 = n[0];")
+    at = 2
+    for source, octaves in (("e0", net.position_frequencies), ("e1", net.normal_frequencies)):
+        for octave in range(octaves):
+            sine, cosine = f"e{at - 2}", f"e{at - 1}"
+            first, twice = (f"{f}({number(np.pi)} * {source})" for f in ("sin", "cos")), f"2.0 * {sine}"
+            values = first if octave == 0 else (f"{twice} * {cosine}", f"1.0 - {twice} * {sine}")
+            lines += [f"vec3 e{at + k} = {value};" for k, value in enumerate(values)]
+            at += 2
+    layer = [f"e{i}.{axis}" for i in range(at) for axis in "xyz"]
+
+    # Layers, a column of a block of four rows a statement: so they compile in half the time of mat4
+    for depth, (weight, bias) in enumerate(net.weights):
+        rows = np.pad(weight, ((0, -len(weight) % 4), (0, 0))).reshape(-1, 4, weight.shape[1])
+        for i, (block, start) in enumerate(zip(rows, fours(bias), strict=True)):
+            lines.append(f"vec4 s{depth}_{i} = {vector(start)};")
+            lines += [f"s{depth}_{i} += {vector(column)} * {value};" for column, value in zip(block.T, layer, strict=True)]
+        lines += [f"vec4 h{depth}_{i} = max(s{depth}_{i}, {SLOPE} * s{depth}_{i});" for i in range(len(rows))]
+        layer = [f"h{depth}_{k // 4}.{'xyzw'[k % 4]}" for k in range(len(bias))]
+    last = len(net.weights) - 1
+    lines += [f"transfer[{i}] = {vector(scale)} * tanh(s{last}_{i});" for i, scale in enumerate(fours(net.scale))]
+    return "\n".join([*lines, "}"])
+
+
+def shader_columns(net: TransferNet) -> np.ndarray:
+    """The first layer's weights with columns of zeros after x and n and at the end, as network.glsl has its features."""
+    weight = np.insert(net.weights[0][0], [6, 6], 0.0, axis=1)
+    return np.pad(weight, ((0, 0), (0, 4 * _inputs(net) - weight.shape[1])))
+
+
+def _inputs(net: TransferNet) -> int:
+    """Quads of features in network.glsl: two for x and n, three for every two octaves."""
+    return 2 + 3 * -(-(net.position_frequencies + net.normal_frequencies) // 2)
+
+
+def block_count(net: TransferNet) -> int:
+    """4x4 blocks of all layers in the texture of weights."""
+    columns = [_inputs(net), *(_quads(w.shape[1]) for w, _ in net.weights[1:])]
+    return sum(_quads(len(b)) * count for (_, b), count in zip(net.weights, columns, strict=True))
+
+
+def weights_texture(net: TransferNet) -> np.ndarray:
+    """All weights as (rows, 4 * BLOCKS, 4): 4x4 blocks row of blocks after row, then the biases in fours."""
+    matrices = [shader_columns(net), *(w for w, _ in net.weights[1:])]
+    quads = [np.concatenate([blocks(w) for w in matrices]).reshape(-1, 4)]
+    quads += [fours(b) for _, b in net.weights]
+    flat = np.concatenate(quads).astype(np.float32)
+    return np.pad(flat, ((0, -len(flat) % _TEXELS), (0, 0))).reshape(-1, _TEXELS, 4)
+
+
+def defines(net: TransferNet, variant: Variant) -> str:
+    """The sizes that the pieces ask for, in fours where they count vectors."""
+    values = {
+        "POSITION_OCTAVES": net.position_frequencies,
+        "NORMAL_OCTAVES": net.normal_frequencies,
+        "INPUTS": _inputs(net),
+        "WIDTH": _quads(net.weights[0][0].shape[0]),
+        "OUTPUTS": _quads(net.bands**2),
+        "LAYERS": len(net.weights),
+        "BLOCKS": block_count(net),
+        "RESULT_BANDS": variant.result_bands,
+        "RESULTS": _quads(variant.result_bands**2),
+        "LIGHT_COUNT": variant.light_bands**2,
+        "LOBES": variant.lobes,
+        "POINTS": variant.points,
+    }
+    return "\n".join(f"#define {name} {value}" for name, value in values.items())
+
+
+def tau_text(transfer_bands: int, light_bands: int, result_bands: int) -> str:
+    """The non-zero triple products as constant arrays."""
+    tau = sh.triple_product(transfer_bands, light_bands, result_bands)
+    i, j, k = np.nonzero(tau)
+    index = ",".join(str(int(v)) for v in i + (j << 8) + (k << 16))
+    values = ",".join(number(v, 7) for v in tau[i, j, k])
+    return (
+        f"#define TAU_COUNT {len(i)}\nconst int tauIndex[{len(i)}] = int[]({index});\n"
+        f"const float tauValue[{len(i)}] = float[]({values});"
+    )
+
+
+def global_names(text: str) -> set[str]:
+    """Functions, constants, uniforms and structs that the text declares at its outermost level."""
+    bare = re.sub(r"^[ \t]*#[^\n]*", "", without_comments(text), flags=re.M)
+    while (flat := re.sub(r"\{[^{}]*\}|\([^(){}]*\)|\[[^\[\]]*\]", " @ ", bare)) != bare:
+        bare = flat
+    # What is left of a statement is `qualifiers type name, name = value, name @`
+    names: set[str] = set()
+    for statement in re.split(r";|(?<=@ )\s*(?=\w+\s+\w+\s*@)", bare):
+        head = re.match(r"(?:\s|@)*(?:(?:const|uniform|layout|in|out|flat|struct)\b[\s@]*)*\w+\s+(.*)", statement, flags=re.S)
+        if head:
+            names |= {found[1] for part in head[1].split(",") if (found := re.match(r"\s*([A-Za-z_]\w*)", part))}
+    return names
+
+
+def renamed(ours: str, users: str) -> str:
+    """#defines that give the user's versions of our global names other names; our macros end before the user's text."""
+    bare = without_comments(users)
+    macros = set(re.findall(r"^[ \t]*#[ \t]*define[ \t]+(\w+)", bare, flags=re.M))
+    ended = [f"#undef {name}" for name in sorted(set(re.findall(r"^#define (\w+)", ours, flags=re.M)))]
+    names = (global_names(ours) & set(re.findall(r"\b\w+\b", bare))) - macros - {"sdfprt_distance", "albedo", "exponent", "main"}
+    return "\n".join([*ended, *(f"#define {name} sdfprt_user_{name}" for name in sorted(names))])

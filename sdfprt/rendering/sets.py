@@ -1,0 +1,192 @@
+"""Many pictures at once: scenes x lights x yaws x views x materials to EXR or PNG, with a manifest; for training data.
+
+A picture's file name ends in a digest of all that it depends on, and files are written whole or not at all: so a file that
+is there is right, and a call that was stopped goes on where it was. The manifest lists the pictures that are there, those of
+earlier calls with the same folder included.
+"""
+
+import hashlib
+import itertools
+import json
+import re
+import tempfile
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sdfprt.baking import cluster as workers
+from sdfprt.baking.asset import Asset
+from sdfprt.baking.stages import bake
+from sdfprt.core import settings
+from sdfprt.core.errors import SdfprtError
+from sdfprt.core.progress import track
+from sdfprt.imaging import image
+from sdfprt.imaging.camera import Camera
+from sdfprt.light.light import Light
+from sdfprt.material.lobes import Material, parts
+from sdfprt.material.lobes import name as material_name
+from sdfprt.material.lobes import parse as parse_material
+from sdfprt.network.mlp import TransferNet
+from sdfprt.rendering.frame import frame
+from sdfprt.sdf.scene import Scene
+from sdfprt.truth.report import trajectory
+
+FORMAT = "sdfprt-render-set-1"
+MANIFEST = "manifest.json"
+KINDS = ("exr", "png")
+_VERSION = 1  # of what the renderer draws; a change makes files anew
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """One picture, as a worker gets it."""
+
+    scene: Scene
+    net: TransferNet
+    light: Light
+    material: Material
+    camera: Camera
+    size: tuple[int, int]
+    samples: int
+    exposure: float
+    kind: str
+
+    @property
+    def for_eyes(self) -> bool:
+        """PNG: the light behind the scene, and no ringing; EXR: raw radiance and alpha."""
+        return self.kind == "png"
+
+
+def render_set(
+    scenes: Sequence[str | Path | Scene],
+    folder: str | Path,
+    lights: Sequence[str | Path | Light] = ("sky_afternoon",),
+    yaws: Sequence[float] = (0.0,),
+    views: int = 1,
+    cameras: Sequence[Camera] = (),
+    materials: Sequence[str | Material | None] = (None,),
+    size: tuple[int, int] = (settings.Render.width, settings.Render.height),
+    samples: int = settings.Render.samples,
+    kind: str = "exr",
+    exposure: float = settings.Render.exposure,
+    width: int = settings.Network.width,
+    assets: Sequence[Asset] = (),
+    cluster: str | None = None,
+) -> list[dict[str, Any]]:
+    """Draw all combinations into `folder` and list them in its manifest.json; returns their entries.
+
+    `views` cameras turn about each scene's own target, the first is the scene's own; `cameras`, where given, take their
+    place. A material of None is the scene's own. Scenes without an asset of theirs in `assets` use the shipped or cached
+    one, or are baked. `cluster`, a Dask scheduler's address, has its workers bake and draw: the same files to the bit.
+    An entry: file, scene, light, yaw (degrees), camera (eye, target, up, fov), material, size (W, H), samples, exposure
+    (None for EXR). Raises SdfprtError as `render` does, with what is finished kept.
+    """
+    folder = Path(folder)
+    if kind not in KINDS:
+        raise SdfprtError(f"render-set: cannot write {kind}; use {' or '.join(KINDS)}")
+    if not scenes or not lights or not yaws or not materials or (views < 1 and not cameras):
+        raise SdfprtError("render-set: give at least one scene, light, yaw, view and material")
+    loaded = [scene if isinstance(scene, Scene) else Scene.load(scene) for scene in scenes]
+    environments = [light if isinstance(light, Light) else Light.load(light) for light in lights]
+    chosen = [parse_material(each) if isinstance(each, str) else each for each in materials]
+    folder.mkdir(parents=True, exist_ok=True)
+
+    jobs: dict[str, tuple[dict[str, Any], Job]] = {}
+    digests = [hashlib.sha256(np.ascontiguousarray(light.pixels).tobytes()).hexdigest() for light in environments]
+    for scene in loaded:
+        fitting = next((asset for asset in assets if asset.scene_hash == scene.hash), None)
+        net = (fitting or bake(scene, width=width, cluster=cluster)).net
+        looks = cameras or trajectory(scene.camera, views)
+        for camera, (light, digest), yaw, own in itertools.product(looks, zip(environments, digests, strict=True), yaws, chosen):
+            job = Job(scene, net, light.rotated(yaw=yaw), own or scene.material, camera, size, samples, exposure, kind)
+            entry = _entry(job, yaw, digest)
+            jobs[entry["file"]] = (entry, job)
+
+    missing = [(folder / name, job) for name, (_, job) in jobs.items() if not (folder / name).is_file()]
+    try:
+        with track("pictures", len(jobs)) as advance:
+            advance(len(jobs) - len(missing))
+            if cluster and missing:
+                with workers.connect(cluster) as client:
+                    for number, data in workers.each(client, draw, ((_light_in_brief(job),) for _, job in missing)):
+                        _keep(missing[number][0], data)
+                        advance(1)
+            else:
+                for path, job in missing:
+                    _keep(path, draw(job))
+                    advance(1)
+    finally:
+        entries = [entry for name, (entry, _) in jobs.items() if (folder / name).is_file()]
+        earlier = [entry for entry in _manifest(folder) if entry["file"] not in jobs and (folder / entry["file"]).is_file()]
+        text = json.dumps({"format": FORMAT, "pictures": earlier + entries}, indent=1) + "\n"
+        _keep(folder / MANIFEST, text.encode())
+    return entries
+
+
+def _manifest(folder: Path) -> list[dict[str, Any]]:
+    """What earlier calls left in the folder."""
+    path = folder / MANIFEST
+    if not path.is_file():
+        return []
+    try:
+        found = json.loads(path.read_text())
+        return [entry for entry in found["pictures"] if isinstance(entry["file"], str)] if found["format"] == FORMAT else []
+    except (ValueError, KeyError, TypeError):
+        return []
+
+
+def draw(job: Job) -> bytes:
+    """The picture's file."""
+    picture = frame(
+        job.scene,
+        job.net,
+        job.light,
+        material=job.material,
+        camera=job.camera,
+        size=job.size,
+        samples=job.samples,
+        dering=job.for_eyes,
+        background=job.for_eyes,
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"picture.{job.kind}"
+        image.write(path, picture.rgb, alpha=None if job.for_eyes else picture.alpha, exposure=job.exposure)
+        return path.read_bytes()
+
+
+def _entry(job: Job, yaw: float, light: str) -> dict[str, Any]:
+    """What the manifest says of a picture; the file's name begins with what a reader looks for."""
+    own = parts(job.material)
+    entry: dict[str, Any] = {
+        "scene": job.scene.name,
+        "light": job.light.name,
+        "yaw": float(yaw),
+        "camera": {key: value if key == "fov" else list(map(float, value)) for key, value in asdict(job.camera).items()},
+        "material": material_name(job.material),
+        **{key: list(own[key]) if key in own else None for key in ("albedo", "specular")},
+        "size": list(job.size),
+        "samples": job.samples,
+        "exposure": job.exposure if job.for_eyes else None,
+    }
+    net = [job.net.digest, job.net.scale.tolist()]
+    depends = [_VERSION, entry, job.scene.hash, job.scene.shader_source, net, light, job.kind]
+    digest = hashlib.sha256(json.dumps(depends).encode()).hexdigest()[:12]
+    about = f"{job.scene.name}-{job.light.name}-{yaw:g}-{entry['material']}"
+    return {"file": f"{re.sub(r'[^A-Za-z0-9_.+-]', '_', about)}-{digest}.{job.kind}", **entry}
+
+
+def _light_in_brief(job: Job) -> Job:
+    """For the wire: a picture without the light behind it needs coefficients only, not the map."""
+    if job.for_eyes:
+        return job
+    bands = job.net.bands
+    brief = Light(np.zeros((1, 2, 3), np.float32), job.light.name, _projected={bands: job.light.sh(bands)})
+    return replace(job, light=brief)
+
+
+def _keep(path: Path, data: bytes) -> None:
+    with image.atomic_write(path) as temporary:
+        temporary.write_bytes(data)

@@ -1,0 +1,1 @@
+"""Signed distance fields: scenes, measurements, tracing and surfaces."""

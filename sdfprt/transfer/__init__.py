@@ -1,0 +1,1 @@
+"""Transfer: cosine-weighted visibility in SH, by tracing rays."""

@@ -1,0 +1,1 @@
+"""What pictures are held against: path tracing, exact transfer, and the report of errors."""

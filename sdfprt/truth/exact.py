@@ -1,0 +1,98 @@
+"""Exact transfer: transfer by ray casting at every pixel's hit point, then the very SH shading of the shader.
+
+Against `render` the difference is the network's error; against `reference` it is the truncation of the SH.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy import ndarray
+
+from sdfprt.core import settings
+from sdfprt.imaging.camera import Camera
+from sdfprt.light.light import Light
+from sdfprt.material import shading
+from sdfprt.material.lobes import Material
+from sdfprt.network.mlp import TransferNet
+from sdfprt.sdf.colour import colours
+from sdfprt.sdf.scene import Scene
+from sdfprt.sdf.trace import GBuffer, gbuffer
+from sdfprt.transfer.compute import compute_transfer
+
+
+@dataclass(frozen=True)
+class View:
+    """Hit points of a camera and their transfer, to be lit as often as wanted."""
+
+    scene: Scene
+    seen: GBuffer
+    transfer: Float[ndarray, "n k"]
+
+    @property
+    def mask(self) -> Bool[ndarray, "h w"]:
+        return self.seen.mask
+
+    def shade(
+        self, light: Light, material: Material, light_bands: int | None = None, result_bands: int | None = None
+    ) -> Float[ndarray, "h w 3"]:
+        """Linear radiance, black where nothing is hit; light and result bands default to the transfer's."""
+        bands = round(self.transfer.shape[1] ** 0.5)
+        albedo, exponent = colours(self.scene, self.seen.points, self.seen.normals)
+        values = shading.shade(
+            self.transfer,
+            self.seen.normals,
+            -self.seen.directions,
+            light.sh(light_bands or bands),
+            material,
+            result_bands or bands,
+            albedo,
+            exponent,
+        )
+        picture = np.zeros((*self.mask.shape, 3), np.float32)
+        picture[self.mask] = values
+        return picture
+
+    def cut(self, bands: int) -> "View":
+        """The same view with fewer bands."""
+        return View(self.scene, self.seen, self.transfer[:, : bands**2])
+
+    def predicted(self, net: TransferNet) -> "View":
+        """The same hit points with a network's transfer."""
+        return View(self.scene, self.seen, net.predict(self.seen.points, self.seen.normals))
+
+
+def view(
+    scene: Scene,
+    camera: Camera | None = None,
+    size: tuple[int, int] = (settings.Render.width, settings.Render.height),
+    bands: int = settings.Transfer.bands,
+    rays: int = settings.Exact.rays,
+    samples: int = 1,
+    seed: int = 0,
+) -> View:
+    """Trace the camera's rays and cast `rays` from each hit; size is (W, H)."""
+    seen = gbuffer(scene, camera or scene.camera, size, samples)
+    return View(scene, seen, compute_transfer(scene, seen.points, seen.normals, bands=bands, rays=rays, seed=seed))
+
+
+def exact(
+    scene: Scene,
+    light: Light,
+    material: Material | None = None,
+    camera: Camera | None = None,
+    size: tuple[int, int] = (settings.Render.width, settings.Render.height),
+    samples: int = settings.Render.samples,
+    bands: int = settings.Transfer.bands,
+    rays: int = settings.Exact.rays,
+    light_bands: int | None = None,
+    result_bands: int | None = None,
+) -> Float[ndarray, "h w 3"]:
+    """What `render` would show if its network made no error: (H, W, 3), linear radiance, black where nothing is hit."""
+    fine = view(scene, camera, size, bands, rays, samples).shade(light, material or scene.material, light_bands, result_bands)
+    return fine.reshape(size[1], samples, size[0], samples, 3).mean(axis=(1, 3))
+
+
+def thumbnail(scene: Scene, size: int = 256) -> Float[ndarray, "h w 3"]:
+    """A quick picture with soft shadows: the scene's own camera and material in the library's afternoon."""
+    return exact(scene, Light.load("sky_afternoon"), size=(size, size), rays=64)

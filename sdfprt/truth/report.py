@@ -1,0 +1,221 @@
+"""Where the error of a picture comes from: network, truncation of the SH, and the rest, on one page.
+
+    render - reference = (network - exact) + (exact - reference) + (render - network)
+
+"network" is the asset's transfer at the exact hit points, "exact" the transfer by ray casting there, both with the same
+shading; the last part is what OpenGL adds. A part's share is its projection on the whole error, so shares add up to 1.
+"""
+
+import base64
+import html
+import io
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy import ndarray
+
+from sdfprt.baking.stages import bake
+from sdfprt.core import settings
+from sdfprt.imaging import image, metrics
+from sdfprt.imaging.camera import Camera
+from sdfprt.light.light import Light
+from sdfprt.material.lobes import Diffuse, Material, Phong, name
+from sdfprt.rendering.frame import frame
+from sdfprt.sdf.scene import Scene
+from sdfprt.truth import exact
+from sdfprt.truth.path_tracing import reference_image
+
+BANDS = ((4, 4, 4), (5, 5, 5), (6, 6, 6), (8, 8, 8), (4, 8, 8), (8, 4, 8), (8, 8, 4))  # transfer, light, result
+
+
+@dataclass(frozen=True)
+class Split:
+    """PSNR (dB) of each part alone, and its share of the whole squared error; over hit pixels."""
+
+    material: str
+    width: int
+    total: float
+    network: float
+    truncation: float
+    rest: float
+    network_share: float
+    truncation_share: float
+    rest_share: float
+
+
+@dataclass(frozen=True)
+class BandRow:
+    """Exact transfer with so many bands against the reference, and what the shading took."""
+
+    material: str
+    transfer: int
+    light: int
+    result: int
+    psnr: float
+    flip: float
+    milliseconds: float
+
+
+def trajectory(camera: Camera, count: int) -> list[Camera]:
+    """Views on one turn about the target's vertical, from the camera's own place, rising and sinking a little."""
+    radius = np.linalg.norm(np.subtract(camera.eye, camera.target))
+    views = []
+    for k in range(count):
+        turn = 2 * np.pi * k / count
+        way = np.subtract(camera.turned(turn).eye, camera.target)
+        way[1] += 0.15 * radius * np.sin(2 * turn)
+        eye = camera.target + way * radius / np.linalg.norm(way)
+        views.append(replace(camera, eye=tuple(eye.tolist())))
+    return views
+
+
+def peak_of(picture: Float[ndarray, "h w 3"], mask: Bool[ndarray, "h w"]) -> float:
+    """99.9th percentile over the mask: a peak that one bright pixel does not set."""
+    return max(float(np.percentile(picture[mask], 99.9)), 1e-9)
+
+
+def measure(a: ndarray, b: ndarray, mask: ndarray) -> dict[str, float]:
+    """`metrics.compare` over the mask with the reference's (b's) robust peak."""
+    return metrics.compare(a, b, mask=mask, peak=peak_of(b, mask))
+
+
+def split(material: Material, width: int, drawn: ndarray, network: ndarray, fine: ndarray, truth: ndarray, mask: ndarray) -> Split:
+    """The three parts of drawn - truth; pictures (H, W, 3)."""
+    peak = peak_of(truth, mask)
+    whole = (drawn - truth)[mask].astype(float)
+    parts = [(x - y)[mask].astype(float) for x, y in ((network, fine), (fine, truth), (drawn, network))]
+    squares = max(float((whole**2).sum()), 1e-30)
+    psnr = [10 * np.log10(peak**2 / max(float(np.mean(e**2)), 1e-12 * peak**2)) for e in (whole, *parts)]
+    return Split(name(material), width, *map(float, psnr), *(float((e * whole).sum()) / squares for e in parts))
+
+
+def report(
+    scene: Scene,
+    output: Path,
+    light: Light | None = None,
+    materials: Sequence[Material] = (Diffuse(), Phong()),
+    camera: Camera | None = None,
+    size: tuple[int, int] = (256, 256),
+    spp: int = settings.Reference.spp,
+    rays: int = settings.Exact.rays,
+    widths: Sequence[int] = (64, 128),
+    bands: Iterable[tuple[int, int, int]] = BANDS,
+) -> tuple[list[Split], list[BandRow]]:
+    """Measure, and write one HTML page with the pictures inside; bakes what is not there.
+
+    Raises SdfprtError without OpenGL, and where the camera sees nothing of the scene.
+    """
+    light, camera = light or Light.load("sky_afternoon"), camera or scene.camera
+    bands = list(bands)
+    view = exact.view(scene, camera, size, max(row[0] for row in bands), rays)
+    assets = {width: bake(scene, width=width) for width in widths}
+    splits, rows, sections = [], [], []
+    for material in materials:
+        truth = reference_image(scene, light, material, camera, size, spp)
+        mask = view.mask & (truth.alpha > 0)
+        pictures, exacts = {"reference": truth.rgb}, {}
+
+        # One network a width
+        for width, asset in assets.items():
+            n = asset.net.bands
+            fine = view.cut(n).shade(light, material)
+            drawn = frame(scene, asset, light, material, camera, size)
+            seen = mask & (drawn.alpha > 0)
+            predicted = view.predicted(asset.net).shade(light, material)
+            splits.append(split(material, width, drawn.rgb, predicted, fine, truth.rgb, seen))
+            exacts[n] = fine
+            pictures[f"network, k={width}, {n} bands"] = drawn.rgb
+
+        # What more bands buy and cost
+        for transfer, of_light, result in bands:
+            if isinstance(material, Diffuse) and not transfer == of_light == result:
+                continue
+            cut = view.cut(transfer)
+            start = time.perf_counter()
+            fine = cut.shade(light, material, of_light, result)
+            spent = time.perf_counter() - start
+            found = measure(fine, truth.rgb, mask)
+            rows.append(BandRow(name(material), transfer, of_light, result, found["psnr"], found["flip"], 1e3 * spent))
+            if transfer == of_light == result:
+                exacts[transfer] = fine
+        pictures |= {f"exact transfer, {n} bands": picture for n, picture in sorted(exacts.items())}
+        noise = float(np.sqrt(np.mean(truth.standard_error[mask] ** 2)) / peak_of(truth.rgb, mask))
+        sections.append(_gallery(f"{name(material)}; noise of the reference {-20 * np.log10(noise):.1f} dB", pictures, mask))
+    settings_line = f"{size[0]}x{size[1]}, light {light.name}, {spp} paths a pixel, {rays} rays a pixel"
+    page = _page(scene.name, settings_line, splits, rows, sections)
+    with image.atomic_write(output) as temporary:
+        temporary.write_text(page)
+    return splits, rows
+
+
+def _gallery(title: str, pictures: dict[str, ndarray], mask: ndarray) -> str:
+    """Tone-mapped pictures above their FLIP heatmaps against the first; numbers over the mask."""
+    from matplotlib import colormaps
+
+    truth = next(iter(pictures.values()))
+    cells = []
+    for caption, picture in pictures.items():
+        shown = image.srgb_encode(image.tone_map(picture))
+        error = metrics.flip_map(image.tone_map(picture), image.tone_map(truth))
+        heat = colormaps["magma"](np.clip(error, 0, 1))[..., :3]
+        numbers = f"{measure(picture, truth, mask)['psnr']:.1f} dB, FLIP {error[mask].mean():.3f}" if picture is not truth else ""
+        cells.append(f"<figure>{_png(shown)}{_png(heat)}<figcaption>{html.escape(caption)}<br>{numbers}</figcaption></figure>")
+    return f"<h3>{html.escape(title)}</h3><div>{''.join(cells)}</div>"
+
+
+def _png(picture: ndarray) -> str:
+    import imageio.v3 as iio
+
+    memory = io.BytesIO()
+    iio.imwrite(memory, (np.clip(picture, 0, 1) * 255 + 0.5).astype(np.uint8), extension=".png")
+    return f'<img alt="" src="data:image/png;base64,{base64.b64encode(memory.getvalue()).decode()}">'
+
+
+PARTS = (
+    "total: the network's picture by OpenGL against the reference; network: its transfer against exact transfer, same shading; "
+    "truncation: exact transfer against the reference; rest: what OpenGL adds. Each in dB as if it were alone; the shares are "
+    "those of the squared error and add up to 1, a negative one cancels part of another."
+)
+BANDS_TEXT = "Against the reference, on linear radiance; milliseconds are the shading's, in numpy."
+PICTURES = "Above as PNGs are shown, below FLIP of the two as shown, black 0 to white 1."
+
+
+def _cell(key: str, value: object) -> str:
+    if not isinstance(value, float):
+        return str(value)
+    if "share" in key:
+        return f"{round(value, 3) + 0.0:.3f}"  # no minus before a zero
+    return f"{value:.3f}" if key == "flip" else f"{value:.1f}"
+
+
+def table(rows: Sequence[Split | BandRow]) -> str:
+    """Rows of one dataclass as an HTML table."""
+    if not rows:
+        return ""
+    head = "".join(f"<th>{key.replace('_', ' ')}</th>" for key in asdict(rows[0]))
+    lines = []
+    for row in rows:
+        cells = (_cell(key, value) for key, value in asdict(row).items())
+        lines.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
+    return f"<table><tr>{head}</tr>{''.join(lines)}</table>"
+
+
+def _page(title: str, line: str, splits: list[Split], rows: list[BandRow], sections: list[str]) -> str:
+    style = (
+        "body{font:15px sans-serif;margin:2em;max-width:90em}td,th{padding:.2em .8em;text-align:right}"
+        "p{max-width:60em}td:first-child,th:first-child{text-align:left}td{border-top:1px solid #ddd}"
+        "table{border-collapse:collapse}"
+        "figure{display:inline-block;vertical-align:top;margin:.4em}img{display:block;image-rendering:pixelated}"
+    )
+    return (
+        f"<!doctype html><meta charset=utf-8><title>sdfprt: {html.escape(title)}</title><style>{style}</style>"
+        f"<h1>{html.escape(title)}: where the error comes from</h1><p>{html.escape(line)}. PSNR in dB and FLIP over hit pixels, "
+        "peak: 99.9th percentile of the reference.</p>"
+        f"<h2>Network, truncation, rest</h2><p>{PARTS}</p>{table(splits)}"
+        f"<h2>Bands of transfer, light and result, exact transfer</h2><p>{BANDS_TEXT}</p>{table(rows)}"
+        f"<h2>Pictures</h2><p>{PICTURES}</p>{''.join(sections)}"
+    )

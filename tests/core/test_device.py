@@ -1,0 +1,87 @@
+"""Kernels with one lane, as CUDA has them, compute on the CPU what those with sixteen do."""
+
+import numpy as np
+import pytest
+
+from sdfprt import Light, Scene, compute_transfer, sample_surface
+from sdfprt.core import kernels
+from sdfprt.core.errors import SdfprtError
+from sdfprt.material.lobes import DiffusePhong
+from sdfprt.sdf import lattice, trace
+from sdfprt.sdf.colour import colours
+from sdfprt.truth.path_tracing import reference_image
+
+GLSL = """
+uniform sampler2D art;
+vec3 albedo(vec3 p, vec3 n) { return texture(art, p.xy).rgb * 0.5 + 0.5 * abs(n); }
+float sdf(vec3 p) {
+    float d = p.y + 0.6;
+    for (int k = 0; k < 4; k++) {
+        vec3 q = p - vec3(0.3 * float(k) - 0.5, 0.2 * sin(float(k)), 0.2);
+        if (length(q) < 0.6) d = min(d, length(q) - 0.25); else d = min(d, length(q) - 0.25);
+    }
+    return d - 0.005 * texture(art, p.xz).r;
+}"""
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return Scene(glsl=GLSL, textures={"art": np.random.default_rng(0).uniform(size=(8, 8, 3)).astype(np.float32)}, step=0.9)
+
+
+@pytest.fixture
+def scalar(monkeypatch: pytest.MonkeyPatch):
+    """Call a function with one lane."""
+
+    def run(function):
+        with monkeypatch.context() as patch:
+            patch.setenv("SDFPRT_DEVICE", "scalar")
+            assert kernels.lanes() == 1
+            return function()
+
+    return run
+
+
+def test_distances_gradients_and_colours_are_the_same(scene: Scene, scalar):
+    points = np.random.default_rng(1).uniform(-1, 1, (1003, 3)).astype(np.float32)
+    normals = points / np.linalg.norm(points, axis=1, keepdims=True)
+    np.testing.assert_allclose(scalar(lambda: scene.distance(points)), scene.distance(points), atol=1e-6)
+    # Differences of two distances 1.4e-3 apart
+    np.testing.assert_allclose(scalar(lambda: scene.gradient(points)), scene.gradient(points), atol=5e-4)
+    one, ours = scalar(lambda: colours(scene, points, normals)[0]), colours(scene, points, normals)[0]
+    assert one is not None and ours is not None
+    np.testing.assert_allclose(one, ours, atol=2e-5)
+
+
+def test_rays_and_transfer_are_the_same(scene: Scene, scalar):
+    found = sample_surface(scene, 301, resolution=64)
+    directions = np.random.default_rng(2).normal(size=(301, 3)).astype(np.float32)
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    origins = trace.lifted(scene, found.points, found.normals)
+    t, free = trace.hit(scene, origins, directions), trace.visible(scene, origins, directions)
+    one = scalar(lambda: trace.hit(scene, origins, directions))
+    assert np.mean((one < 0) == (t < 0)) > 0.99 and np.median(np.abs(one - t)) < 1e-5
+    assert np.mean(scalar(lambda: trace.visible(scene, origins, directions)) == free) > 0.99
+    for stand_in in (None, lattice.build(scene, 32)):
+        run = lambda by=stand_in: compute_transfer(scene, found.points, found.normals, rays=100, lattice=by)  # noqa: E731
+        assert np.sqrt(np.mean((scalar(run) - run()) ** 2)) < 2e-3
+
+
+def test_path_traced_pictures_agree_within_their_noise(scene: Scene, scalar):
+
+    def run():
+        return reference_image(scene, Light.load("overcast"), DiffusePhong(), size=(12, 12), spp=256, bounces=1)
+
+    ours, one = run(), scalar(run)
+    assert ours.paths == one.paths == 256
+    assert (ours.alpha == one.alpha).mean() > 0.97
+    both = (ours.alpha > 0) & (one.alpha > 0)
+    z = (ours.rgb - one.rgb)[both] / np.sqrt(ours.standard_error**2 + one.standard_error**2 + 1e-12)[both]
+    assert abs(z.mean()) < 0.3 and 0.7 < z.std() < 1.4
+
+
+@pytest.mark.parametrize("name", ["gpu", "cuda:99"])
+def test_a_device_that_is_not_there_is_one_clear_error(scene: Scene, monkeypatch: pytest.MonkeyPatch, name: str):
+    monkeypatch.setenv("SDFPRT_DEVICE", name)
+    with pytest.raises(SdfprtError, match=f"SDFPRT_DEVICE={name}: "):
+        scene.distance(np.zeros((1, 3), np.float32))

@@ -1,0 +1,181 @@
+"""Transfer networks against torch's own layers, and their fit against a closed form."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import torch
+from safetensors.numpy import save_file
+
+from sdfprt import SdfprtError, TransferNet, fit_transfer
+from sdfprt.core import kernels, settings
+from sdfprt.maths import sh
+from sdfprt.network import fit, optimizer
+from sdfprt.network.mlp import encode
+
+
+def _net(width: int = 64, seed: int = 0) -> TransferNet:
+    """A network of random weights that half precision holds exactly."""
+    random = np.random.default_rng(seed)
+    sizes = [6 + 6 * 12, width, width, width, 16]
+    weights = [
+        (
+            (random.normal(size=(b, a)) / np.sqrt(a)).astype(np.float16).astype(np.float32),
+            (0.1 * random.normal(size=b)).astype(np.float32),
+        )
+        for a, b in pairwise(sizes)
+    ]
+    return TransferNet(weights, np.linspace(0.5, 1.5, 16, dtype=np.float32), (0.1, 0.2, 0.3), 1.5, 6, 6, 4, {"seed": 1})
+
+
+def _samples(count: int, seed: int = 0, noise: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points, normals, and transfer where nothing shadows: the cosine lobe (Ramamoorthi 2001); with noise."""
+    random = np.random.default_rng(seed)
+    points = random.uniform(-1, 1, (count, 3)).astype(np.float32)
+    normals = random.normal(size=(count, 3)).astype(np.float32)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    lobe = np.repeat([np.pi, 2 * np.pi / 3, np.pi / 4, 0.0], [1, 3, 5, 7])
+    transfer = lobe * sh.basis(normals, 4)
+    return points, normals, (transfer + noise * random.normal(size=transfer.shape)).astype(np.float32)
+
+
+def test_prediction_agrees_with_torch_modules():
+    net = _net()
+    points, normals, _ = _samples(100)
+    x = (points - np.array(net.center)) / net.extent
+    features = [x, normals]
+    for v in (x, normals):
+        for k in range(6):
+            features += [np.sin(2**k * np.pi * v), np.cos(2**k * np.pi * v)]
+    modules = []
+    for w, b in net.weights:
+        linear = torch.nn.Linear(w.shape[1], w.shape[0])
+        linear.load_state_dict({"weight": torch.tensor(w), "bias": torch.tensor(b)})
+        modules += [linear, torch.nn.LeakyReLU(0.01)]
+    model = torch.nn.Sequential(*modules[:-1], torch.nn.Tanh())
+    expected = net.scale * model(torch.tensor(np.concatenate(features, 1), dtype=torch.float32)).detach().numpy()
+    np.testing.assert_allclose(net.predict(points, normals), expected, rtol=0, atol=1e-5)  # float32 sums of 78 terms
+
+
+def test_doubling_angles_gives_the_encoding_that_the_network_is_read_with():
+    points, normals, _ = _samples(1000)
+    ours = fit._encode(torch.tensor(points), torch.tensor(normals), 6, 3).numpy()
+    # Float32: the last octave's argument, 100 rad, is off by 8e-6, and each doubling doubles an error of 6e-8
+    np.testing.assert_allclose(ours, encode(points, normals, 6, 3), rtol=0, atol=3e-5)
+
+
+def test_a_file_gives_the_network_back_and_is_small(tmp_path):
+    net = _net(width=128)
+    net.save(tmp_path / "k128.safetensors")
+    loaded = TransferNet.load(tmp_path / "k128.safetensors")
+    points, normals, _ = _samples(50)
+    np.testing.assert_array_equal(loaded.predict(points, normals), net.predict(points, normals))
+    assert loaded.info == net.info
+    assert (tmp_path / "k128.safetensors").stat().st_size < 200_000
+
+
+@pytest.mark.parametrize("kind", ["truncated", "text", "foreign", "missing", "empty"])
+def test_what_is_no_network_file_is_one_clear_error(kind, tmp_path):
+    path = tmp_path / "net.safetensors"
+    _net().save(path)
+    if kind == "truncated":
+        path.write_bytes(path.read_bytes()[:-100])
+    elif kind == "text":
+        path.write_text("float sdf(vec3 p) { return 0.0; }")
+    elif kind == "foreign":
+        save_file({"x": np.zeros(3)}, path)
+    elif kind == "empty":
+        path.write_bytes(b"")
+    else:
+        path.unlink()
+    with pytest.raises(SdfprtError, match=r"net\.safetensors"):
+        TransferNet.load(path)
+
+
+def test_the_fit_finds_the_mean_of_noisy_targets():
+    net = fit_transfer(*_samples(20_000, noise=0.1), width=32, layers=3, steps=400, batch=512)
+    points, normals, truth = _samples(2000, seed=1)
+    error = np.sqrt(np.mean((net.predict(points, normals) - truth) ** 2))
+    # 0.1 through 3,600 parameters and 19,000 x 16 targets leaves 0.1 * sqrt(3600 / 304000) = 0.011, and some misfit
+    assert error < 0.03
+    assert net.info["validation_rmse"] == pytest.approx(0.1, rel=0.1)  # the noise of the samples that were held out
+
+
+def test_a_fit_stopped_anywhere_ends_in_the_same_weights(tmp_path, monkeypatch):
+    samples = _samples(2000, noise=0.05)
+    whole = fit_transfer(*samples, width=16, layers=3, steps=300, batch=64)
+
+    monkeypatch.setattr(settings.Fit, "seconds", 0.0)
+    update = fit._update
+    for stop in (20, 130, 240):
+
+        def stopping(state, ways, rows, step, rate, stop=stop):
+            if step == stop:
+                raise KeyboardInterrupt
+            update(state, ways, rows, step, rate)
+
+        monkeypatch.setattr(fit, "_update", stopping)
+        with pytest.raises(KeyboardInterrupt):
+            fit_transfer(*samples, width=16, layers=3, steps=300, batch=64, checkpoint=tmp_path / "fit.part")
+    monkeypatch.setattr(fit, "_update", update)
+    resumed = fit_transfer(*samples, width=16, layers=3, steps=300, batch=64, checkpoint=tmp_path / "fit.part")
+
+    for (w, b), (v, a) in zip(whole.weights, resumed.weights, strict=True):
+        np.testing.assert_array_equal(w, v)
+        np.testing.assert_array_equal(b, a)
+
+
+def test_a_target_ends_the_fit_early():
+    clean = _samples(5000)
+    net = fit_transfer(*clean, width=32, layers=3, steps=2000, batch=256, target_psnr=25.0)
+    assert net.info["steps"] < 2000
+    assert net.info["validation_psnr"] >= 25
+
+
+def test_steps_of_the_optimizer_are_nearly_orthogonal():
+    g = torch.randn(48, 20, generator=torch.Generator().manual_seed(0))
+    values = torch.linalg.svdvals(optimizer._orthogonal(g))
+    assert 0.6 < values.min() and values.max() < 1.3  # the quintic's fixed band around one
+    u, _, v = torch.linalg.svd(g, full_matrices=False)
+    assert torch.linalg.norm(optimizer._orthogonal(g) - u @ v) < 0.35 * torch.linalg.norm(u @ v)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "batch", "device"),
+    [
+        ((60, 64, 64, 64, 16), 256, "cpu"),
+        ((18, 20, 33, 9), 101, "cpu"),
+        ((18, 20, 33, 9), 101, "scalar"),
+        ((6, 40, 1), 1, "cpu"),
+    ],
+    ids=str,
+)
+def test_kernels_descend_as_torch_does(sizes, batch, device, monkeypatch):
+    monkeypatch.setenv(kernels.DEVICE, device)
+    generator = torch.Generator().manual_seed(0)
+    state = fit._initial(list(sizes), 0, "cpu")
+    state["biases"].normal_(generator=generator)
+    features, target = (torch.randn(300, n, generator=generator) for n in (sizes[0], sizes[-1]))
+    given = sizes, state["weights"], state["biases"], features, target, torch.rand(sizes[-1], generator=generator)
+    theirs = optimizer.by_torch(*given)
+    with optimizer.descend(*given) as ours:
+        for _ in range(2):  # the second with other weights in the same memory
+            rows = torch.randperm(300, generator=generator)[:batch]
+            expected = theirs.gradients(rows)
+            for a, b in zip(ours.gradients(rows), expected, strict=True):
+                torch.testing.assert_close(a, b, rtol=0, atol=1e-5 * float(b.abs().max()))
+            torch.testing.assert_close(ours.orthogonal(expected[0]), theirs.orthogonal(expected[0]), rtol=0, atol=2e-4)
+            state["weights"].mul_(-0.7)
+
+
+@pytest.mark.parametrize("kind", ["nan", "bands", "few"])
+def test_samples_that_cannot_be_fitted_are_refused(kind):
+    points, normals, transfer = _samples(100)
+    if kind == "nan":
+        transfer[3, 3] = np.nan
+    elif kind == "bands":
+        transfer = transfer[:, :15]
+    else:
+        points, normals, transfer = points[:5], normals[:5], transfer[:5]
+    with pytest.raises(SdfprtError, match="fit_transfer"):
+        fit_transfer(points, normals, transfer, width=16, steps=10)

@@ -1,0 +1,126 @@
+"""Shader pieces compile alone; the network in the shader is the network in numpy; users' names cannot touch ours."""
+
+import re
+import subprocess
+
+import moderngl
+import nets
+import numpy as np
+import pytest
+
+from sdfprt.core.errors import SdfprtError
+from sdfprt.core.resources import folder
+from sdfprt.glsl.compile import _glslang
+from sdfprt.rendering import frame as render
+from sdfprt.rendering import pieces
+from sdfprt.rendering.pieces import Variant
+from sdfprt.sdf.scene import Scene
+
+PIECES = sorted(folder("shaders").glob("*/*.glsl"))
+
+
+@pytest.mark.parametrize("path", PIECES, ids=lambda p: p.stem)
+def test_each_piece_compiles_alone(path, tmp_path):
+    stage = {"vertex": "vert", "light": "comp"}.get(path.stem, "frag")
+    sizes = pieces.defines(nets.random_net(), Variant(3))
+    for extra in ("", "#define HAS_ALBEDO\n#define HAS_EXPONENT\n"):
+        source = tmp_path / f"piece.{stage}"
+        source.write_text(f"#version 430\n{extra}{sizes}\n{path.read_text()}")
+        program, environment = _glslang()
+        done = subprocess.run([program, str(source)], capture_output=True, text=True, env=environment)
+        assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.parametrize("constant", [False, True], ids=["textures", "constants"])
+@pytest.mark.parametrize(
+    ("width", "layers", "bands", "octaves", "together"), [(16, 3, 4, (2, 1), 1), (20, 2, 3, (3, 0), 4), (8, 5, 1, (0, 2), 2)]
+)
+def test_the_shaders_network_is_the_networks_own(width, layers, bands, octaves, together, constant):
+    together = 1 if constant else together
+    net = nets.random_net(width, layers, bands, octaves)
+    quads = -(-(bands * bands) // 4)
+    main = """
+        uniform sampler2D points;
+        uniform int quad;
+        out vec4 result;
+        void main() {
+            vec3 p[POINTS], n[POINTS];
+            vec4 transfer[POINTS * OUTPUTS];
+            int at = int(gl_FragCoord.x), mine = at % POINTS;
+            for (int k = 0; k < POINTS; k++) {
+                p[k] = texelFetch(points, ivec2(at - mine + k, 0), 0).xyz;
+                n[k] = texelFetch(points, ivec2(at - mine + k, 1), 0).xyz;
+            }
+            network(p, n, transfer);
+            result = transfer[mine * OUTPUTS + quad];
+        }"""
+    network = pieces.constant_network(net) if constant else pieces.piece("network")
+    text = "\n".join(["#version 430", pieces.defines(net, Variant(1, points=together)), network, main])
+    gl = render.context()
+    program = gl.program(vertex_shader=f"#version 430\n{pieces.piece('vertex')}", fragment_shader=text)
+    scale = np.pad(net.scale, (0, -len(net.scale) % 4))
+    render.give(program, networkCenter=net.center, networkExtent=net.extent, networkScale=scale, once=1, points=0)
+    weights = pieces.weights_texture(net)
+    held = gl.texture(weights.shape[1::-1], 4, weights.tobytes(), dtype="f4")
+    held.use(1)
+    render.give(program, networkWeights=1)
+    rng = np.random.default_rng(1)
+    points = rng.uniform(-1, 1, (64, 3)).astype(np.float32)
+    normals = rng.normal(size=(64, 3)).astype(np.float32)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    source = gl.texture((64, 2), 3, np.concatenate([points, normals]).tobytes(), dtype="f4")
+    target = gl.texture((64, 1), 4, dtype="f4")
+    gl.framebuffer([target]).use()
+    gl.disable(moderngl.DEPTH_TEST)
+    source.use(0)
+    values = []
+    for quad in range(quads):
+        render.give(program, quad=quad)
+        gl.vertex_array(program, []).render(moderngl.TRIANGLES, vertices=3)
+        values.append(np.frombuffer(target.read(), np.float32).reshape(64, 4).copy())
+    got = np.concatenate(values, axis=1)[:, : bands * bands]
+    # float32 sums in another order, and the error of doubled angles
+    np.testing.assert_allclose(got, net.predict(points, normals), rtol=0, atol=2e-5)
+
+
+def test_a_users_names_and_macros_do_not_touch_ours():
+    plain = Scene(glsl="float sdf(vec3 p) { return length(p) - 0.5; }")
+    hostile = Scene(
+        glsl="""
+        #define normalStep 7.0
+        #define radiance +
+        #define march(x) nonsense
+        float footprint() { return 9.0; }
+        vec3 surfaceNormal(vec3 p) { return vec3(0.0); }
+        const float hitDistance = 0.5;
+        float o, d, t;
+        float sdf(vec3 p) { return length(p) - hitDistance + 0.0 * footprint() * surfaceNormal(p).x; }
+        """
+    )
+    net = nets.random_net()
+    from sdfprt.light.light import Light
+
+    light = Light.load("overcast")
+    a, b = (render.render(s, net, light, camera=plain.camera, size=(24, 24)) for s in (plain, hostile))
+    np.testing.assert_allclose(a, b, rtol=0, atol=1e-4)
+
+
+def test_global_names_finds_what_is_declared_outermost_and_nothing_inside():
+    text = """
+    uniform vec3 low, high;  // uniform float commented;
+    const float table[2] = float[](1.0, 2.0);
+    float f(vec3 p, out float inside) { float local = 1.0; for (int i = 0; i < 2; i++) local += p.x; return local; }
+    layout(std140) uniform Block { mat4 member; };
+    vec3 prototype(vec3 q);
+    """
+    names = pieces.global_names(text)
+    assert {"low", "high", "table", "f", "prototype"} <= names
+    assert not names & {"p", "inside", "local", "i", "q", "commented"}
+
+
+def test_a_drivers_message_names_the_piece_and_its_line(monkeypatch):
+    original = pieces.piece
+    monkeypatch.setattr(pieces, "piece", lambda name: original(name) + ("broken" if name == "trace" else ""))
+    with pytest.raises(SdfprtError) as caught:
+        render.Renderer().surface(Scene(glsl="float sdf(vec3 p) { return length(p) - 0.25; }"))
+    assert re.search(r"(trace|normal)\.glsl:\d+", str(caught.value))

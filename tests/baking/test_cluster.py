@@ -44,7 +44,7 @@ class Cluster:
     def _start(self, which: str, *flags: str) -> subprocess.Popen:
         with (self.folder / "log").open("a") as log:
             code = f"from distributed.cli.dask_{which} import main; main()"
-            paths = [str(Path(__file__).parents[1]), str(Path(sdfprt.__file__).parent.parent)]
+            paths = [str(Path(__file__).parent), str(Path(__file__).parents[1]), str(Path(sdfprt.__file__).parent.parent)]
             environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
             return subprocess.Popen([sys.executable, "-c", code, *flags], stdout=log, stderr=log, env=environment)
 

@@ -112,8 +112,8 @@ def test_a_window_opens_draws_and_closes(tmp_path):
     pytest.importorskip("glfw")
     script = """
 import sys, glfw, nets
-from sdfprt import Light, view as module
-from sdfprt.view import Painter, view
+from sdfprt import Light
+from sdfprt.export.window import Painter, view
 drawn, poll = [], glfw.wait_events
 Painter.draw = lambda self, look, size, draw=Painter.draw: (draw(self, look, size), drawn.append(look))
 def scripted():

@@ -164,7 +164,7 @@ def test_a_python_file_is_a_scene_alone_and_in_a_folder(tmp_path: Path) -> None:
 
 def test_a_python_scene_may_be_a_whole_scene_with_its_own_camera(tmp_path: Path) -> None:
     own = "scene = Scene(glsl='float sdf(vec3 p) { return length(p); }', camera=Camera(eye=(0, 0, 7), target=(0, 0, 0)), step=0.5)"
-    (tmp_path / "ball.py").write_text(f"from sdfprt import Scene\nfrom sdfprt.camera import Camera\n{own}\n")
+    (tmp_path / "ball.py").write_text(f"from sdfprt import Scene\nfrom sdfprt.imaging.camera import Camera\n{own}\n")
     scene = Scene.load(tmp_path / "ball.py")
     assert (scene.name, scene.camera.eye, scene.step) == ("ball", (0, 0, 7), 0.5)
 

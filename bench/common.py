@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
-from sdfprt.imaging.image import atomic_write
+from sdfprt.core.files import atomic_write
 
 Row = dict[str, Any]
 Run = Callable[[], Any]

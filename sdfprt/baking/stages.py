@@ -21,9 +21,9 @@ from sdfprt.baking import cluster as workers
 from sdfprt.baking.asset import Asset, cached_path, find_asset
 from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
+from sdfprt.core.files import atomic_write
 from sdfprt.core.progress import track
 from sdfprt.core.resources import cache_folder
-from sdfprt.imaging.image import atomic_write
 from sdfprt.light.light import Light
 from sdfprt.material import shading
 from sdfprt.material.lobes import Material

@@ -457,8 +457,8 @@ def export(
     width: Width = settings.Network.width,
 ) -> None:
     """Write the scene for browsers: a page with the mouse on the camera, or the text of a shader for Shadertoy."""
+    from sdfprt.core.files import atomic_write
     from sdfprt.export.page import export_html, export_shadertoy
-    from sdfprt.imaging.image import atomic_write
 
     if html is None and shadertoy is None:
         raise SdfprtError("export: give --html OUT.html, --shadertoy OUT.glsl, or both")

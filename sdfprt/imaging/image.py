@@ -3,10 +3,6 @@
 In memory: float32 linear radiance, (H, W, 3), row 0 on top. PNG is exposed, tone-mapped and sRGB-encoded.
 """
 
-import os
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +11,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from sdfprt.core.errors import SdfprtError
+from sdfprt.core.files import atomic_write
 
 
 @dataclass(frozen=True)
@@ -25,20 +22,6 @@ class Image:
     alpha: Float[ndarray, "h w"] | None = None
     warnings: tuple[str, ...] = ()
     envmap: str = ""
-
-
-@contextmanager
-def atomic_write(path: str | Path) -> Iterator[Path]:
-    """A temporary path in the same folder that takes the place of `path` when the block ends well, and vanishes if not."""
-    path = Path(path)
-    handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
-    os.close(handle)
-    try:
-        yield Path(name)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    finally:
-        Path(name).unlink(missing_ok=True)
 
 
 def srgb_encode(linear: ndarray) -> ndarray:

@@ -7,6 +7,7 @@ from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from sdfprt.core.errors import SdfprtError
+from sdfprt.core.files import atomic_write
 from sdfprt.imaging import image
 
 
@@ -86,5 +87,5 @@ def write_heatmap(
     shown[~finite] = (0, 1, 0)
     if mask is not None:
         shown[~mask] = 0
-    with image.atomic_write(path) as temporary:
+    with atomic_write(path) as temporary:
         iio.imwrite(temporary, (shown * 255).astype(np.uint8), extension=".png")

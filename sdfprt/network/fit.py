@@ -22,8 +22,8 @@ from safetensors.torch import save
 
 from sdfprt.core import progress
 from sdfprt.core.errors import SdfprtError
+from sdfprt.core.files import atomic_write
 from sdfprt.core.settings import Fit, Network
-from sdfprt.imaging.image import atomic_write
 from sdfprt.network.mlp import TransferNet
 from sdfprt.network.optimizer import Descent, descend, matrices
 

@@ -17,7 +17,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from sdfprt.core.errors import SdfprtError
-from sdfprt.imaging.image import atomic_write
+from sdfprt.core.files import atomic_write
 
 FORMAT = "sdfprt-transfer-1"
 SLOPE = 0.01

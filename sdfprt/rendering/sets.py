@@ -22,6 +22,7 @@ from sdfprt.baking.asset import Asset
 from sdfprt.baking.stages import bake
 from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
+from sdfprt.core.files import atomic_write
 from sdfprt.core.progress import track
 from sdfprt.imaging import image
 from sdfprt.imaging.camera import Camera
@@ -188,5 +189,5 @@ def _light_in_brief(job: Job) -> Job:
 
 
 def _keep(path: Path, data: bytes) -> None:
-    with image.atomic_write(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_bytes(data)

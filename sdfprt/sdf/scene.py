@@ -24,6 +24,7 @@ from safetensors.numpy import save_file
 
 from sdfprt.core import kernels
 from sdfprt.core.errors import SdfprtError
+from sdfprt.core.files import atomic_write
 from sdfprt.core.resources import folder
 from sdfprt.core.settings import FromTorch, GridFit
 from sdfprt.glsl.compile import compile_glsl
@@ -32,7 +33,6 @@ from sdfprt.glsl.prepare import CHANNELS, Prepared, field_module, prepare
 from sdfprt.glsl.spirv import fingerprint, parse, samplers
 from sdfprt.glsl.to_cpp import BUDGET, Texture, Translator
 from sdfprt.imaging.camera import Camera
-from sdfprt.imaging.image import atomic_write
 from sdfprt.material.lobes import DiffusePhong, Material
 from sdfprt.material.lobes import name as material_name
 from sdfprt.material.lobes import parse as parse_material

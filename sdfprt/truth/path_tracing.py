@@ -16,8 +16,8 @@ from numpy import ndarray
 
 from sdfprt.core import kernels, settings
 from sdfprt.core.errors import SdfprtError
+from sdfprt.core.files import atomic_write
 from sdfprt.core.progress import track
-from sdfprt.imaging import image
 from sdfprt.imaging.camera import Camera
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, Material
@@ -225,5 +225,5 @@ def _load(checkpoint: Path | None, key: str, rays: int, tiles: int, keep: bool) 
 def _save(checkpoint: Path | None, key: str, sums: _Sums) -> None:
     if checkpoint is None:
         return
-    with image.atomic_write(checkpoint) as temporary, open(temporary, "wb") as file:
+    with atomic_write(checkpoint) as temporary, open(temporary, "wb") as file:
         np.savez(file, key=key, total=sums.total, squares=sums.squares, alpha=sums.alpha, packets=sums.packets)

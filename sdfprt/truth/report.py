@@ -20,6 +20,7 @@ from numpy import ndarray
 
 from sdfprt.baking.stages import bake
 from sdfprt.core import settings
+from sdfprt.core.files import atomic_write
 from sdfprt.imaging import image, metrics
 from sdfprt.imaging.camera import Camera
 from sdfprt.light.light import Light
@@ -147,7 +148,7 @@ def report(
         sections.append(_gallery(f"{name(material)}; noise of the reference {-20 * np.log10(noise):.1f} dB", pictures, mask))
     settings_line = f"{size[0]}x{size[1]}, light {light.name}, {spp} paths a pixel, {rays} rays a pixel"
     page = _page(scene.name, settings_line, splits, rows, sections)
-    with image.atomic_write(output) as temporary:
+    with atomic_write(output) as temporary:
         temporary.write_text(page)
     return splits, rows
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from sdfprt.core.errors import GlslError
-from sdfprt.glsl.text import code_only
+from sdfprt.glsl.scanner import code_only
 
 # First found is taken; authors differ in case
 _NAMES: Sequence[str] = (

@@ -12,13 +12,9 @@ from pathlib import Path
 from sdfprt.core.errors import GlslError
 from sdfprt.core.resources import folder
 from sdfprt.glsl.entry import without_mains
-from sdfprt.glsl.text import code_only, without_comments
+from sdfprt.glsl.scanner import Block, Function, declarations
 
 _INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]+"([^"\n]+)"[^\n]*$', re.M)
-_HEAD = re.compile(r"\b[A-Za-z]\w*\s*(?:\[[^\]]*\]\s*)?\s(\w+)\s*\(([^()]*)\)\s*\Z")
-_GLOBAL = re.compile(
-    r"\s*(?:(?:const|uniform|highp|mediump|lowp)\s+)*([A-Za-z]\w*)\s*(?:\[[^\]]*\])?\s+(\w+\s*(?:[=,\[]|\Z).*)", re.S
-)
 
 
 @dataclass
@@ -124,31 +120,11 @@ def _names(whole: _File) -> tuple[dict[int, dict[str, str]], list[str]]:
 
 def definitions(text: str) -> set[tuple[str, str]]:
     """What a text defines outside of functions: (name, types of the parameters), or (name, "") for constants, globals, structs."""
-    bare, found, statement, depth = code_only(text), set(), 0, 0
-    for at, letter in enumerate(bare):
-        if letter == "{":
-            head = bare[statement:at]
-            if depth == 0 and (function := _HEAD.search(head)):
-                types = [re.sub(r"\b(?:const|in|out|inout|highp|mediump|lowp)\b", "", p).split() for p in function[2].split(",")]
-                found.add((function[1], "(" + ",".join(t[0] if t else "" for t in types) + ")"))
-            elif depth == 0 and (struct := re.search(r"\bstruct\s+(\w+)\s*\Z", head)):
-                found.add((struct[1], ""))
-            depth += 1
-        elif letter == "}":
-            depth -= 1
-            if depth == 0 and "=" not in bare[statement:at].split("{")[0]:
-                statement = at + 1
-        elif letter == ";" and depth == 0:
-            named = _GLOBAL.match(bare, statement, at)
-            if named and "(" not in named[2].split("=")[0]:
-                flat = named[2]
-                while flat != (flat := re.sub(r"\([^()]*\)|\{[^{}]*\}|\[[^\[\]]*\]", "", flat)):
-                    pass
-                found |= {(part.split("=")[0].strip(), "") for part in flat.split(",") if part.split("=")[0].strip().isidentifier()}
-            statement = at + 1
+    found = set()
+    for each in declarations(text).every:
+        if isinstance(each, Function):
+            if each.body is not None:
+                found.add((each.name, f"({','.join(p.type for p in each.parameters)})"))
+        elif not isinstance(each, Block):
+            found.add((each.name, ""))
     return found
-
-
-def macros(text: str) -> set[str]:
-    """Names that a text #defines."""
-    return set(re.findall(r"^[ \t]*#[ \t]*define[ \t]+(\w+)", without_comments(text), flags=re.M))

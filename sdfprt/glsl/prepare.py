@@ -3,16 +3,15 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 from sdfprt.core.errors import GlslError
 from sdfprt.glsl.compile import compile_glsl, preprocessed
 from sdfprt.glsl.entry import find_entry, without_mains
-from sdfprt.glsl.include import definitions, expand_includes, macros
+from sdfprt.glsl.include import definitions, expand_includes
 from sdfprt.glsl.parts import KINDS, Parts, part_function
-from sdfprt.glsl.text import code_only, without_comments
+from sdfprt.glsl.scanner import BUILT_IN_TYPE, PRECISIONS, code_only, declarations, edited, macros
 
 VERSION = "#version 430\n"
 ENTRY = "sdfprt_distance"
@@ -209,27 +208,7 @@ def _constant_uniforms(body: str, notes: list[str]) -> str:
 
 def _without_lone_semicolons(body: str) -> str:
     """Semicolons that end nothing, as after a function, blanked: compilers of authors pass over them."""
-    bare, letters, start, depth, function = code_only(body), list(body), 0, 0, False
-    for found in re.finditer(r"[{};]", bare):
-        if found[0] == "{":
-            if depth == 0:
-                function = bare[start : found.start()].rstrip().endswith(")")
-            depth += 1
-        elif found[0] == "}":
-            depth -= 1
-            if depth == 0 and function:
-                start = found.end()
-        elif depth == 0:
-            if not bare[start : found.start()].strip():
-                letters[found.start()] = " "
-            start = found.end()
-    return "".join(letters)
-
-
-_DECLARED = re.compile(
-    r"\s*(?:(?:highp|mediump|lowp)\s+)?(float|int|uint|bool|[iub]?vec[234]|mat[234](?:x[234])?)(?:\s*\[\s*(\d{1,3})\s*\])?\s+(?=\w)"
-)
-_DECLARATOR = re.compile(r"\s*(\w+)\s*(?:\[\s*(\d{1,3})\s*\])?\s*(=.*)?", re.S)
+    return edited(body, ((place, place + 1, " ") for place in declarations(body).lone))
 
 
 def _zeroed_globals(body: str, begin: Mapping[str, int]) -> tuple[str, list[str]]:
@@ -237,38 +216,17 @@ def _zeroed_globals(body: str, begin: Mapping[str, int]) -> tuple[str, list[str]
 
     Returns the text and their names.
     """
-    bare, out, start, depth = without_comments(body), [], 0, 0
-    every: list[str] = []
-    bare = re.sub(r"^[ \t]*#(?:[^\n]*\\\n)*[^\n]*", lambda m: re.sub(r"[^\n]", " ", m[0]), bare, flags=re.M)
-    statement = 0
-    for at, letter in enumerate(bare):
-        if letter in "{}":
-            depth += 1 if letter == "{" else -1
-            statement = at + 1
-        elif letter == ";" and depth == 0:
-            found = _DECLARED.match(bare, statement, at)
-            ends = _commas(bare, found.end(), at) if found else []
-            names = [_DECLARATOR.fullmatch(bare, a + 1, b) for a, b in pairwise([found.end() - 1, *ends])] if found else []
-            for end, name in zip(ends, names, strict=True):
-                if found and all(names) and name and name[3] is None:
-                    value = f"{found[1]}({begin.get(name[1], 0)})"
-                    if count := found[2] or name[2]:
-                        value = f"{found[1]}[]({', '.join([value] * int(count))})"
-                    out += [body[start:end], f" = {value}"]
-                    start = end
-                    every.append(name[1])
-            statement = at + 1
-    return "".join([*out, body[start:]]), every
-
-
-def _commas(bare: str, start: int, end: int) -> list[int]:
-    """Where a declaration's names end: at commas outside of brackets, and at its end."""
-    found, depth = [], 0
-    for at in range(start, end):
-        depth += {"(": 1, "[": 1, ")": -1, "]": -1}.get(bare[at], 0)
-        if bare[at] == "," and depth == 0:
-            found.append(at)
-    return [*found, end]
+    edits, names = [], []
+    for each in declarations(body).variables:
+        size = re.fullmatch(r"(?:\[\s*(\d{1,3})\s*\])?", each.array)
+        plain = BUILT_IN_TYPE.match(each.type) and not set(each.qualifiers) - PRECISIONS
+        if size and plain and each.value is None:
+            value = f"{each.type}({begin.get(each.name, 0)})"
+            if size[1]:
+                value = f"{each.type}[]({', '.join([value] * int(size[1]))})"
+            edits.append((each.end, each.end, f" = {value}"))
+            names.append(each.name)
+    return edited(body, edits), names
 
 
 def distance_module(text: str) -> str:

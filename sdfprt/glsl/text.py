@@ -1,6 +1,5 @@
-"""GLSL as text: literals, rows and blocks of four for vec4 and mat4, and what a text is without its comments."""
+"""GLSL written from numbers: literals, vectors, rows and blocks of four for vec4 and mat4."""
 
-import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -30,19 +29,3 @@ def blocks(matrix: Float[ndarray, "out in"]) -> Float[ndarray, "n 16"]:
     padded = np.pad(matrix, [(0, -size % 4) for size in matrix.shape])
     rows, columns = (size // 4 for size in padded.shape)
     return padded.reshape(rows, 4, columns, 4).transpose(0, 2, 3, 1).reshape(-1, 16)
-
-
-def without_comments(text: str) -> str:
-    """The text with comments blanked, lines kept."""
-    return re.sub(r"//[^\n]*|/\*.*?\*/", _blank, text, flags=re.S)
-
-
-def code_only(text: str) -> str:
-    """The text with comments, preprocessor lines and `#if 0` blocks blanked, places kept."""
-    never = r"^[ \t]*#[ \t]*if[ \t]+0\b(?:(?!^[ \t]*#).)*(?=^[ \t]*#[ \t]*(?:else|elif|endif))"
-    text = re.sub(never, _blank, without_comments(text), flags=re.M | re.S)
-    return re.sub(r"^[ \t]*#(?:[^\n]*\\\n)*[^\n]*", _blank, text, flags=re.M)
-
-
-def _blank(match: re.Match) -> str:
-    return re.sub(r"[^\n]", " ", match[0])

@@ -13,7 +13,8 @@ import numpy as np
 from sdfprt.core import settings
 from sdfprt.core.resources import folder
 from sdfprt.glsl.parts import KINDS
-from sdfprt.glsl.text import blocks, fours, number, vector, without_comments
+from sdfprt.glsl.scanner import Block, declarations, macros, without_comments
+from sdfprt.glsl.text import blocks, fours, number, vector
 from sdfprt.material.lobes import Diffuse, Material, parts
 from sdfprt.maths import sh
 from sdfprt.network.mlp import SLOPE, TransferNet
@@ -214,22 +215,14 @@ def tau_text(transfer_bands: int, light_bands: int, result_bands: int) -> str:
 
 def global_names(text: str) -> set[str]:
     """Functions, constants, uniforms and structs that the text declares at its outermost level."""
-    bare = re.sub(r"^[ \t]*#[^\n]*", "", without_comments(text), flags=re.M)
-    while (flat := re.sub(r"\{[^{}]*\}|\([^(){}]*\)|\[[^\[\]]*\]", " @ ", bare)) != bare:
-        bare = flat
-    # What is left of a statement is `qualifiers type name, name = value, name @`
-    names: set[str] = set()
-    for statement in re.split(r";|(?<=@ )\s*(?=\w+\s+\w+\s*@)", bare):
-        head = re.match(r"(?:\s|@)*(?:(?:const|uniform|layout|in|out|flat|struct)\b[\s@]*)*\w+\s+(.*)", statement, flags=re.S)
-        if head:
-            names |= {found[1] for part in head[1].split(",") if (found := re.match(r"\s*([A-Za-z_]\w*)", part))}
-    return names
+    return {each.name for each in declarations(text).every if not isinstance(each, Block)}
 
 
 def renamed(ours: str, users: str) -> str:
     """#defines that give the user's versions of our global names other names; our macros end before the user's text."""
     bare = without_comments(users)
-    macros = set(re.findall(r"^[ \t]*#[ \t]*define[ \t]+(\w+)", bare, flags=re.M))
     ended = [f"#undef {name}" for name in sorted(set(re.findall(r"^#define (\w+)", ours, flags=re.M)))]
-    names = (global_names(ours) & set(re.findall(r"\b\w+\b", bare))) - macros - {"sdfprt_distance", "albedo", "exponent", "main"}
+    names = (
+        (global_names(ours) & set(re.findall(r"\b\w+\b", bare))) - macros(users) - {"sdfprt_distance", "albedo", "exponent", "main"}
+    )
     return "\n".join([*ended, *(f"#define {name} sdfprt_user_{name}" for name in sorted(names))])

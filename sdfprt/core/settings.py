@@ -7,6 +7,13 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
+class Compile:
+    seconds: int = 60  # at most, for the GLSL compiler and one text
+    memory: int = 1 << 30  # bytes that it may have
+    output: int = 16 << 20  # bytes that it may write
+
+
+@dataclass(frozen=True)
 class Surface:
     resolution: int = 256  # marching-cubes cells along the longest side of the bounds
     tolerance: float = 1e-4  # |distance| of a sample after projection, of the scene

@@ -1,4 +1,4 @@
-"""The errors that sdfprt raises for a user's input: one base class, and one that carries a place in GLSL."""
+"""The errors that sdfprt raises for a user's input: one base class, and one that carries a place in GLSL; and its warnings."""
 
 
 class SdfprtError(Exception):
@@ -7,3 +7,7 @@ class SdfprtError(Exception):
 
 class GlslError(SdfprtError):
     """GLSL that does not compile or cannot be used; the message starts with `file:line:` in the user's own lines."""
+
+
+class SdfprtWarning(UserWarning):
+    """What a user should know of what was done with his input; the command line shows these, and no other library's."""

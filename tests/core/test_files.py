@@ -75,7 +75,10 @@ def test_what_no_file_can_replace_is_named(tmp_path: Path, kind: str):
 _FULL = """
 import resource, sys
 from pathlib import Path
+import numpy as np
 from sdfprt.core.errors import SdfprtError
+from sdfprt.imaging import image
+from sdfprt.network.mlp import TransferNet
 
 layers = [(np.ones((64, 60), np.float32), np.zeros(64, np.float32))] * 2
 net = TransferNet(layers, np.ones(16, np.float32), (0, 0, 0), 1, 7, 2, 4)

@@ -1,0 +1,320 @@
+"""What the verbs share: flags as fields of dataclasses, how their texts are read, and how a verb becomes a command.
+
+A verb is a function with keyword parameters. Those whose type is a dataclass of flags stand for all its fields:
+
+    @verb("render", resumes=True)
+    def render(scene: SceneName, output: Output, reading: Reading = Reading(), look: Look = Look()) -> None: ...
+"""
+
+import functools
+import inspect
+import math
+import os
+import re
+import signal
+import sys
+import tomllib
+import traceback as tracebacks
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, fields, is_dataclass, replace
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from sdfprt.core import settings
+from sdfprt.core.errors import SdfprtError
+
+if TYPE_CHECKING:
+    from sdfprt.baking.asset import Asset
+    from sdfprt.imaging.camera import Camera
+    from sdfprt.light.light import Light
+    from sdfprt.material.lobes import Material
+    from sdfprt.sdf.scene import Scene
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    help="The command line: one program of verbs; each verb is a function of the library, each flag a field of settings.",
+)
+
+
+class Backend(StrEnum):
+    """Where the network is evaluated."""
+
+    glsl = "glsl"  # in the shader
+    torch = "torch"  # outside it, on what OpenGL traced
+    warp = "warp"  # the same without OpenGL
+    auto = "auto"  # the cheapest for the network's size
+
+
+class Switch(StrEnum):
+    """auto: on for pictures (PNG), off for measurements (EXR)."""
+
+    auto = "auto"
+    on = "on"
+    off = "off"
+
+    def decided(self, auto: bool) -> bool:
+        return auto if self is Switch.auto else self is Switch.on
+
+
+class Kind(StrEnum):
+    """Kinds of pictures that are written."""
+
+    exr = "exr"
+    png = "png"
+
+
+class Axis(StrEnum):
+    """The axis that points up."""
+
+    y = "y"
+    z = "z"
+
+
+# Flags of one value that several verbs take
+SceneName = Annotated[str, typer.Argument(metavar="SCENE", help="A library name, a .glsl or .py file, or a scene folder.")]
+MeshFile = Annotated[Path, typer.Argument(metavar="MESH", help="A triangle mesh: .ply, .obj, .stl or .glb.")]
+Output = Annotated[Path, typer.Option("-o", "--output", help="OUT.png (tone-mapped) or OUT.exr (raw, with alpha).")]
+FolderOutput = Annotated[Path, typer.Option("-o", "--output", metavar="FOLDER", help="The scene folder to write.")]
+Size = Annotated[str, typer.Option("--size", metavar="WxH", help="Pixels.")]
+Samples = Annotated[int, typer.Option("--samples", min=1, help="n x n samples in each pixel.")]
+Exposure = Annotated[float, typer.Option("--exposure", help="Multiplies radiance before the tone curve; not in EXR.")]
+Background = Annotated[Switch, typer.Option("--background", help="Show the light behind the scene.")]
+Dering = Annotated[Switch, typer.Option("--dering", help="Window the light's SH until it is nowhere negative.")]
+LightName = Annotated[str, typer.Option("--light", help="A library light, or an .exr, .hdr or .png file.")]
+Yaw = Annotated[float, typer.Option("--yaw", help="Turn the light about +y, degrees.")]
+Albedo = Annotated[str | None, typer.Option("--albedo", metavar="R,G,B", help="Diffuse reflectance.")]
+Specular = Annotated[str | None, typer.Option("--specular", metavar="R,G,B", help="Phong reflectance.")]
+Cluster = Annotated[
+    str | None, typer.Option("--cluster", metavar="ADDRESS", help="A Dask scheduler whose workers do it, such as tcp://host:8786.")
+]
+Seed = Annotated[int, typer.Option("--seed", min=0, help="Of all that is drawn at random: the same seed, the same file.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+
+DEFAULT_SIZE = f"{settings.Render.width}x{settings.Render.height}"
+DEFAULT_LIGHT = "sky_afternoon"
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How a scene is read, whatever is done with it."""
+
+    bounds: Annotated[
+        str | None, typer.Option("--bounds", metavar="X,Y,Z,X,Y,Z", help="Two corners of the box that the scene lies in.")
+    ] = None
+    up: Annotated[Axis | None, typer.Option("--up", help="The axis that points up in the scene's file.")] = None
+    define: Annotated[
+        list[str] | None, typer.Option("--define", metavar="NAME=VALUE", help="A value for a name of the file; several times.")
+    ] = None
+
+    def load(self, source: str) -> "Scene":
+        from sdfprt.sdf.scene import Scene
+
+        given: dict[str, Any] = {}
+        if self.bounds is not None:
+            corners = numbers(self.bounds, "--bounds", 6)
+            given["bounds"] = corners[:3], corners[3:]
+        if self.up is not None:
+            given["up"] = self.up.value
+        if self.define:
+            given["defines"] = dict(map(definition, self.define))
+        return Scene.load(source, **given)
+
+
+@dataclass(frozen=True)
+class Look:
+    """Light, material and camera of a picture; what is None is the scene's own."""
+
+    light: LightName = DEFAULT_LIGHT
+    yaw: Yaw = 0.0
+    material: Annotated[
+        str | None, typer.Option("--material", help="diffuse, phong:S or diffuse+phong:S; default: the scene's own.")
+    ] = None
+    albedo: Albedo = None
+    specular: Specular = None
+    eye: Annotated[str | None, typer.Option("--eye", metavar="X,Y,Z", help="Camera position; default: the scene's own.")] = None
+    target: Annotated[str | None, typer.Option("--target", metavar="X,Y,Z", help="Point the camera looks at.")] = None
+    fov: Annotated[float | None, typer.Option("--fov", help="Vertical field of view, degrees.")] = None
+
+    def read_light(self) -> "Light":
+        """As the file has it; `yaw` is left to the caller."""
+        return read_light(self.light)
+
+    def read_material(self, scene: "Scene") -> "Material":
+        from sdfprt.material.lobes import parse
+
+        colours = read_colours(self.albedo, self.specular)
+        if self.material:
+            return parse(self.material, **colours)
+        own = scene.material
+        return replace(own, **{k: v for k, v in colours.items() if v is not None and hasattr(own, k)})
+
+    def read_camera(self, scene: "Scene") -> "Camera":
+        places = {name: triple(text, f"--{name}") for name in ("eye", "target") if (text := getattr(self, name)) is not None}
+        return replace(scene.camera, **places, **({} if self.fov is None else {"fov": self.fov}))
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Which network draws: a file's, or the shipped, cached or newly baked one of that width."""
+
+    asset: Annotated[Path | None, typer.Option("--asset", help="A baked .safetensors file; default: shipped, cached or baked.")] = (
+        None
+    )
+    width: Annotated[
+        int | None, typer.Option("--width", help=f"Neurons a layer, not beside --asset; default: {settings.Network.width}.")
+    ] = None
+
+    def read(self, scene: "Scene") -> "Asset":
+        from sdfprt.baking.asset import Asset
+        from sdfprt.baking.stages import bake
+
+        if self.asset is None:
+            return bake(scene, width=settings.Network.width if self.width is None else self.width)
+        if self.width is not None:
+            raise SdfprtError(f"--width {self.width}: the network of --asset {self.asset} has its own; give one of the two")
+        return Asset.load(self.asset, scene=scene)
+
+
+def read_light(name: str) -> "Light":
+    """A light by name or file; what is worth knowing of it goes to standard error."""
+    from sdfprt.light.light import Light
+
+    light = Light.load(name)
+    for warning in light.warnings:
+        print(f"sdfprt: {warning}", file=sys.stderr)
+    return light
+
+
+def read_colours(albedo: str | None, specular: str | None) -> dict[str, tuple[float, float, float] | None]:
+    """Reflectances by the words of `material.lobes.parse`; None where a flag is not given."""
+    given = {"albedo": albedo, "specular": specular}
+    return {name: None if text is None else triple(text, f"--{name}") for name, text in given.items()}
+
+
+def triple(text: str, flag: str) -> tuple[float, float, float]:
+    """Parse `0.1,0.2,0.3`."""
+    first, second, third = numbers(text, flag, 3)
+    return first, second, third
+
+
+def numbers(text: str, flag: str, count: int) -> tuple[float, ...]:
+    """Parse so many numbers with commas between them."""
+    try:
+        found = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        found = ()
+    if len(found) != count or not all(map(math.isfinite, found)):
+        example = ",".join(["0.8", "0.6", "0.2"] * (count // 3))
+        raise SdfprtError(f"{flag} {text}: expected {count} numbers with commas between them, such as {example}")
+    return found
+
+
+def pixels(text: str) -> tuple[int, int]:
+    """Parse `640x480`."""
+    match = re.fullmatch(r"([0-9]{1,9})[xX]([0-9]{1,9})", text)
+    if not match or not int(match[1]) or not int(match[2]):
+        raise SdfprtError(f"--size {text}: expected WIDTHxHEIGHT in pixels, such as 640x480")
+    return int(match[1]), int(match[2])
+
+
+def definition(text: str) -> tuple[str, Any]:
+    """Parse `NAME=VALUE`: the value as TOML has it, and as text where it is none, such as vec3(0.5)."""
+    name, separator, value = text.partition("=")
+    if not separator or not re.fullmatch(r"[A-Za-z_]\w*", name.strip(), re.ASCII) or not value.strip():
+        raise SdfprtError(f"--define {text}: expected NAME=VALUE, such as RADIUS=0.5")
+    try:
+        return name.strip(), tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return name.strip(), value.strip()
+
+
+def picture(output: Path, kinds: tuple[str, ...] = (".png", ".exr")) -> Path:
+    """Refuse an output that could not be written before any work is done for it."""
+    if output.suffix.lower() not in kinds:
+        raise SdfprtError(f"{output}: cannot write this kind of file; use {' or '.join(kinds)}")
+    if not output.parent.is_dir():
+        raise SdfprtError(f"{output}: the folder {output.parent} does not exist")
+    if output.exists() and not output.is_file():
+        raise SdfprtError(f"{output}: there is something of that name that is no file; give another name")
+    return output
+
+
+def scene_folder(output: Path) -> Path:
+    """Refuse a scene folder that could not be written before any work is done for it."""
+    if output.exists() and not output.is_dir():
+        raise SdfprtError(f"{output}: there is a file of that name; give a folder")
+    if not output.absolute().parent.is_dir():
+        raise SdfprtError(f"{output}: the folder {output.parent} does not exist")
+    return output
+
+
+def keep_apart(outputs: dict[str, Path | None], inputs: Iterable[str | Path | None] = ()) -> None:
+    """Refuse two outputs (by their flags) of one name, and an output that would replace what is read."""
+    seen: dict[str, str] = {}
+    for flag, path in outputs.items():
+        if path is None:
+            continue
+        if (other := seen.setdefault(os.path.realpath(path), flag)) != flag:
+            raise SdfprtError(f"{other} and {flag}: both name {path}; give each a file of its own")
+    for source in inputs:
+        if source is not None and (flag := seen.get(os.path.realpath(source))) and Path(source).exists():
+            raise SdfprtError(f"{flag} {source}: this file is read by the same call; give another name")
+
+
+def verb(name: str, resumes: bool = False) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Make a function a command of the program, with --traceback; `resumes`: a call that was stopped goes on where it was."""
+
+    def register(function: Callable[..., None]) -> Callable[..., None]:
+        given = inspect.signature(function, eval_str=True).parameters.values()
+        groups: dict[str, Any] = {p.name: p.annotation for p in given if is_dataclass(p.annotation)}
+        flags: list[inspect.Parameter] = []
+        for parameter in given:
+            flags += _flags(groups[parameter.name]) if parameter.name in groups else [parameter]
+        flags.append(_flag("traceback", Annotated[bool, typer.Option("--traceback", help="Where an error arose, in full.")], False))
+
+        @functools.wraps(function)
+        def command(*, traceback: bool, **values: Any) -> None:
+            try:
+                _refuse_infinite(values, flags)
+                for group, kind in groups.items():
+                    values[group] = kind(**{each.name: values.pop(each.name) for each in fields(kind)})
+                function(**values)
+            except KeyboardInterrupt:
+                signal.signal(signal.SIGINT, signal.SIG_IGN)
+                print("sdfprt: stopped" + ("; the same call goes on where it was" if resumes else ""), file=sys.stderr)
+                raise typer.Exit(130) from None
+            except Exception:
+                if traceback:
+                    tracebacks.print_exc()
+                raise
+
+        required = [flag for flag in flags if flag.default is inspect.Parameter.empty]
+        optional = [flag for flag in flags if flag.default is not inspect.Parameter.empty]
+        command.__signature__ = inspect.Signature(required + optional)  # type: ignore[attr-defined]
+        command.__annotations__ = {flag.name: flag.annotation for flag in flags}
+        app.command(name)(command)
+        return command
+
+    return register
+
+
+def _flags(group: Any) -> list[inspect.Parameter]:
+    return [_flag(each.name, each.type, each.default) for each in fields(group)]
+
+
+def _flag(name: str, kind: Any, value: Any) -> inspect.Parameter:
+    return inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD, default=value, annotation=kind)
+
+
+def _refuse_infinite(values: dict[str, Any], flags: list[inspect.Parameter]) -> None:
+    """NaN and infinity are texts that `float` reads, and nothing here has a use for them."""
+    for flag in flags:
+        value = values.get(flag.name)
+        for number in value if isinstance(value, list) else [value]:
+            if isinstance(number, float) and not math.isfinite(number):
+                raise SdfprtError(f"--{flag.name.replace('_', '-')} {number}: give a finite number")

@@ -1,0 +1,107 @@
+"""Flags: what is no number is refused, outputs stay apart, and every verb of a scene takes the shared ones."""
+
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from sdfprt.cli.main import app, one_line
+from sdfprt.cli.options import definition, keep_apart, numbers, pixels
+from sdfprt.core.errors import SdfprtError
+
+COMMANDS = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+
+
+def _refused(*arguments: str) -> str:
+    result = CliRunner().invoke(app, list(arguments))
+    assert result.exit_code and isinstance(result.exception, (SdfprtError, SystemExit)), result.exception
+    return str(result.exception)
+
+
+def test_every_verb_has_traceback_and_every_verb_of_a_scene_how_to_read_it():
+    for name, command in COMMANDS.items():
+        flags = {flag for parameter in command.params for flag in parameter.opts}
+        if name == "bench":
+            continue
+        assert "--traceback" in flags, name
+        if any(parameter.name in ("scene", "scenes") for parameter in command.params):
+            assert {"--bounds", "--up", "--define"} <= flags, name
+
+
+def test_bake_has_a_flag_for_every_argument_of_the_function():
+    from sdfprt import bake
+
+    given = {parameter.name for parameter in COMMANDS["bake"].params}
+    assert set(inspect.signature(bake).parameters) <= given
+
+
+@pytest.mark.parametrize("flag", ["--yaw nan", "--fov inf", "--exposure -inf", "--albedo nan,0,0", "--eye 1,2,1e999", "--size 0x5"])
+def test_what_is_no_finite_number_is_refused_by_its_flag(tmp_path: Path, flag: str):
+    assert flag.split()[0] in _refused("render", "fish", "-o", str(tmp_path / "x.png"), *flag.split())
+
+
+def test_a_width_beside_an_asset_is_refused(tmp_path: Path):
+    said = _refused("render", "fish", "-o", str(tmp_path / "x.png"), "--asset", "a.safetensors", "--width", "16")
+    assert "--width 16" in said
+
+
+def test_texts_are_read_as_what_they_are():
+    assert numbers("-1,-1,0,1,2,3.5", "--bounds", 6) == (-1, -1, 0, 1, 2, 3.5)
+    assert pixels("640x480") == (640, 480)
+    for text, value in {"A=1": 1, "A = [1, 2]": [1, 2], "A=true": True, "A=vec3(0.5)": "vec3(0.5)", "A=1e-3": 1e-3}.items():
+        assert definition(text) == ("A", value)
+    for wrong in ("A", "=1", "A=", "2A=1", "A B=1"):
+        with pytest.raises(SdfprtError, match="expected NAME=VALUE"):
+            definition(wrong)
+    for wrong in ("640", "x", "0x1", "-1x5", "²x1", "9999999999x1"):
+        with pytest.raises(SdfprtError, match="expected WIDTHxHEIGHT"):
+            pixels(wrong)
+
+
+def test_outputs_of_one_name_and_outputs_that_are_inputs_are_refused(tmp_path: Path):
+    a = tmp_path / "a.exr"
+    keep_apart({"-o": a, "--error": None}, [None, "fish"])
+    with pytest.raises(SdfprtError, match=r"-o and --error: both name .*a\.exr"):
+        keep_apart({"-o": a, "--error": tmp_path / "." / "a.exr"})
+    keep_apart({"-o": a}, [a])  # nothing is there that could be lost
+    a.write_bytes(b"")
+    (tmp_path / "link.exr").symlink_to(a)
+    with pytest.raises(SdfprtError, match="read by the same call"):
+        keep_apart({"-o": a}, [tmp_path / "link.exr"])
+    (tmp_path / "light.exr").write_bytes(b"")
+    assert "read by" in _refused("render", "fish", "-o", str(tmp_path / "light.exr"), "--light", str(tmp_path / "light.exr"))
+    assert "-o and --error" in _refused("reference", "fish", "-o", str(a), "--error", str(a))
+
+
+def test_an_unforeseen_error_is_one_line_with_its_place():
+    with pytest.raises(ValueError, match="null") as caught:
+        keep_apart({"-o": Path("\0")})  # Python's own refusal, in a line of ours
+    line = one_line(caught.value)
+    assert "sdfprt/cli/options.py:" in line and "--traceback" in line and "\n" not in line
+    assert one_line(SdfprtError("a\n  b\x1b[31m")) == "SdfprtError: a b\\x1b[31m"
+
+
+def test_ctrl_c_says_that_the_same_call_goes_on_and_exits_130(tmp_path: Path):
+    script = (
+        "import signal, sys, sdfprt.baking.stages as stages\n"
+        "def bake(*_, **__): signal.raise_signal(signal.SIGINT)\n"
+        "stages.bake = bake\n"
+        "sys.argv = ['sdfprt', 'bake', 'fish', '--traceback']\n"
+        "from sdfprt.__main__ import main\nmain()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (130, "sdfprt: stopped; the same call goes on where it was\n")
+
+
+def test_a_reader_that_goes_away_is_no_error():
+    done = subprocess.run(
+        f"{sys.executable} -m sdfprt scenes 2>&1 >/dev/full | cat; {sys.executable} -m sdfprt lights | true",
+        shell=True,
+        capture_output=True,
+        text=True,
+    )
+    assert "Traceback" not in done.stdout + done.stderr

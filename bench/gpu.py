@@ -392,6 +392,15 @@ def peak() -> list[bench.Row]:
         a = torch.randn(side, side, device=where, dtype=torch.float32).to(getattr(torch, kind))
         b = a.clone()
         rows.append({"what": f"matrix product {kind} {side}^3", "TFLOP/s": 2 * side**3 / timed(lambda a=a, b=b: a @ b) / 1e12})
+    count = 2**20 if where == "cuda" else 2**10
+    random_net = importlib.import_module("backends").random_net
+    predict = importlib.import_module("sdfprt.rendering.torch_backend").predict
+    points = torch.rand(count, 3, device=where)
+    for width in (64, 128, 256, 512):
+        net = random_net(width, 4)
+        rate = count / timed(lambda net=net: predict(net, points, points)) / 1e6
+        work = 2e6 * rate * sum(w.size for w, _ in net.weights) / 1e12
+        rows.append({"what": f"network k={width}", "million evaluations/s": rate, "TFLOP/s": work})
     x = torch.zeros(2**28 if where == "cuda" else 2**22, device=where)
     y = torch.empty_like(x)
     rows.append({"what": "copy, read and written", "GB/s": 2 * 4 * x.numel() / timed(lambda: y.copy_(x)) / 1e9})

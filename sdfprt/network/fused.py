@@ -5,6 +5,7 @@ Its twins are `network.mlp` (numpy), `rendering.torch_backend.predict` (torch) a
 """
 
 import functools
+import importlib
 import importlib.util
 from typing import Any
 
@@ -99,8 +100,8 @@ def run_into(out: Tensor, packed: Packed, points: Tensor, normals: Tensor, hit: 
 @functools.cache
 def _kernel() -> Any:
     """Compiled at its first launch for each size of network; made here, so that importing this module needs no Triton."""
-    import triton
-    import triton.language as tl
+    triton: Any = importlib.import_module("triton")
+    tl: Any = importlib.import_module("triton.language")
 
     @triton.jit
     def network(

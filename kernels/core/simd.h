@@ -79,7 +79,6 @@ struct Simd {
     static inline CUDA_CALLABLE F round_even(F a) { return rintf(a); }
     static inline CUDA_CALLABLE F min(F a, F b) { return a < b ? a : b; }
     static inline CUDA_CALLABLE F max(F a, F b) { return a > b ? a : b; }
-    static inline CUDA_CALLABLE F fma(F a, F b, F c) { return fmaf(a, b, c); }
 #else
     static inline float lane(F v, int i) { return v[i]; }
     static inline int lane(I v, int i) { return v[i]; }
@@ -122,7 +121,23 @@ struct Simd {
     static inline F round_even(F a) { return __builtin_elementwise_roundeven(a); }
     static inline F min(F a, F b) { return a < b ? a : b; }  // one instruction; a NaN in a gives b
     static inline F max(F a, F b) { return a > b ? a : b; }
+#endif
+
+    // Products and sums. The compiler never rounds the two together by itself (kernels.py): in a field that would be another field
+    // in each kernel. GLSL's fma rounds twice on the CPU, as OpenGL's CPU driver does.
+#if defined(__CUDA_ARCH__)
+    static inline CUDA_CALLABLE F fma(F a, F b, F c) { return fmaf(a, b, c); }
+    static inline CUDA_CALLABLE F mad(F a, F b, F c) { return fmaf(a, b, c); }
+#else
     static inline F fma(F a, F b, F c) { return a * b + c; }
+    // Of our own sums: rounded once where the processor can do that
+    static inline F mad(F a, F b, F c) {
+#if defined(__FMA__) || defined(__aarch64__)
+        return __builtin_elementwise_fma(a, b, c);
+#else
+        return a * b + c;
+#endif
+    }
 #endif
     static inline CUDA_CALLABLE F splat(float x) { return (F)x; }
     static inline CUDA_CALLABLE I splat(int x) { return (I)x; }

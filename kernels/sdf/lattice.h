@@ -30,7 +30,7 @@ struct Lattice : Simd {
     }
 
     inline CUDA_CALLABLE I coarse(F u, F v, F w) const {
-        return to_I(fma(trunc(w), splat((float)(nx * ny)), fma(trunc(v), splat((float)nx), trunc(u))));
+        return to_I(mad(trunc(w), splat((float)(nx * ny)), mad(trunc(v), splat((float)nx), trunc(u))));
     }
 
     // Where no ray of its sector meets a surface any more. Places lie in the lattice.
@@ -94,7 +94,7 @@ struct Lattice : Simd {
         found.rough = eq(cell.low & 1, splat(1));
         found.a = part(cell.parts * cell.u), found.b = part(cell.parts * cell.v), found.c = part(cell.parts * cell.w);
         const F x = to_F(cell.low >> 16), y = to_F((cell.high << 16) >> 16), z = to_F(cell.high >> 16);
-        found.distance = (to_F((cell.low << 16) >> 16) + x * found.a + (y * found.b + z * found.c)) * unit;
+        found.distance = mad(z, found.c, mad(y, found.b, mad(x, found.a, to_F((cell.low << 16) >> 16)))) * unit;
         const F scale = cell.parts * unit;
         found.x = x * scale, found.y = y * scale, found.z = z * scale;
         return found;

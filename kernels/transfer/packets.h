@@ -22,10 +22,10 @@ struct Balls : Simd {
     }
     // Where rays that are free as far as t leave ball k, their cosine to the line `c`; those that are not inside stay
     inline CUDA_CALLABLE F past(int k, F t, F c, M& inside) const {
-        const F along = ratio[k] * c, half = along * along + rest[k];  // in radii; half the chord, squared
-        const F ahead = t * inverse[k] - along;
+        const F along = ratio[k] * c, half = mad(along, along, splat(rest[k]));  // in radii; half the chord, squared
+        const F ahead = mad(t, splat(inverse[k]), -along);
         inside = le(ahead * ahead, half);
-        const F end = radius[k] * (half * (1.5f - 0.5f * half) + along);  // no farther than by the root, and much quicker
+        const F end = radius[k] * mad(half, mad(half, splat(-0.5f), splat(1.5f)), along);  // no farther than by the root, and much quicker
         return sel(inside, max(t, end), t);
     }
 };
@@ -47,8 +47,9 @@ struct Packets : Simd {
 
     // The field, times its step
     inline CUDA_CALLABLE F ask(F x, F y, F z, float step) const {
-        const float cell = lattice.cell;
-        return Scene::distance(x * cell + lattice.ox, y * cell + lattice.oy, z * cell + lattice.oz, ones()) * (step / cell);
+        const F cell = splat(lattice.cell);
+        const F p = mad(x, cell, splat(lattice.ox)), q = mad(y, cell, splat(lattice.oy)), r = mad(z, cell, splat(lattice.oz));
+        return Scene::distance(p, q, r, ones()) * (step / lattice.cell);
     }
 
     // Balls about places near the surface, by the lattice where it holds in all of them and gives `least` or more
@@ -66,7 +67,7 @@ struct Packets : Simd {
         const int most = begin + SDFPRT_CHUNK * SDFPRT_LANES, end = count < most ? count : most;
         for (int i = begin, n = 0; i < end; i += SDFPRT_LANES, n++) {
             const Front::Rays at = front.at(i);
-            cells[n] = lattice.find(fma(at.u, at.s, at.x), fma(at.v, at.s, at.y), fma(at.w, at.s, at.z));
+            cells[n] = lattice.find(mad(at.u, at.s, at.x), mad(at.v, at.s, at.y), mad(at.w, at.s, at.z));
         }
         for (int shift = 2; shift >= 0; shift -= 2)
             for (int i = begin, n = 0; i < end; i += SDFPRT_LANES, n++) lattice.refine(cells[n], shift);
@@ -97,7 +98,7 @@ struct Packets : Simd {
             Front::Rays rays;
             rays.x = fill(from[0]), rays.y = fill(from[1]), rays.z = fill(from[2]);
             rays.u = fill(along[0]), rays.v = fill(along[1]), rays.w = fill(along[2]);
-            const F scale = rsqrt(rays.u * rays.u + rays.v * rays.v + rays.w * rays.w + 1e-20f);
+            const F scale = rsqrt(mad(rays.w, rays.w, mad(rays.v, rays.v, mad(rays.u, rays.u, splat(1e-20f)))));
             rays.u *= scale, rays.v *= scale, rays.w *= scale;
             F enter;
             Tracer::clip(rays.x, rays.y, rays.z, rays.u, rays.v, rays.w, box, enter, rays.end);
@@ -107,7 +108,8 @@ struct Packets : Simd {
             spill(along[0], rays.u), spill(along[1], rays.v), spill(along[2], rays.w);
             for (int k = 0; k < count; k++) {
                 const int i = begins[k];
-                spill(cosine + i, fill(dx + i) * along[0][k] + fill(dy + i) * along[1][k] + fill(dz + i) * along[2][k]);
+                const F x = splat(along[0][k]), y = splat(along[1][k]), z = splat(along[2][k]);
+                spill(cosine + i, mad(fill(dz + i), z, mad(fill(dy + i), y, fill(dx + i) * x)));
             }
             middles.add(rays, bits(lt(rays.s, rays.end) & lt(lanes(), splat(count))));
         }
@@ -125,7 +127,7 @@ struct Packets : Simd {
                 if (lattice.nx > 0) {
                     const Lattice::Reading found = lattice.read(cells[n]);
                     r = sel(found.rough, splat(0.0f), found.distance - lattice.error);
-                } else r = ask(fma(at, rays.u, rays.x), fma(at, rays.v, rays.y), fma(at, rays.w, rays.z), step);
+                } else r = ask(mad(at, rays.u, rays.x), mad(at, rays.v, rays.y), mad(at, rays.w, rays.z), step);
                 Balls balls;
                 balls.set(0, at, r);
                 float begin[SDFPRT_LANES];
@@ -161,17 +163,17 @@ struct Packets : Simd {
                 F r, slope, cleared;
                 M doubt = none(), escapes = none();
                 if (field) {
-                    r = ask(fma(rays.u, s, rays.x), fma(rays.v, s, rays.y), fma(rays.w, s, rays.z), step);
+                    r = ask(mad(rays.u, s, rays.x), mad(rays.v, s, rays.y), mad(rays.w, s, rays.z), step);
                     slope = sel(lt(splat(0.0f), came), (r - before) / max(came, splat(1e-9f)), splat(-0.15f));
                     cleared = s + r;
                 } else {
                     const Lattice::Reading found = lattice.read(cells[n]);
                     r = found.distance;
-                    slope = found.x * rays.u + found.y * rays.v + found.z * rays.w;
+                    slope = mad(found.z, rays.w, mad(found.y, rays.v, found.x * rays.u));
                     escapes = ~eq(cells[n].clear & rays.sector, splat(0));
                     // As far as the end of the cell, if there too the plane is above the surface
-                    const F last = 1.0001f * Lattice::ahead(found, rays.u, rays.v, rays.w) / cells[n].parts + 1e-5f;
-                    cleared = s + sel(lt(touch + lattice.error, min(r, r + slope * last)), max(r, last), r);
+                    const F last = mad(splat(1.0001f), Lattice::ahead(found, rays.u, rays.v, rays.w) / cells[n].parts, splat(1e-5f));
+                    cleared = s + sel(lt(touch + lattice.error, min(r, mad(slope, last, r))), max(r, last), r);
                     // Where a ray has hardly left, the lattice's error would decide
                     const M close = lt(splat(-2.0f * lattice.error), r) & lt(r, touch + lattice.error);
                     doubt = found.rough | (lt(s, splat(0.5f)) & close);
@@ -228,7 +230,7 @@ struct Packets : Simd {
                 if (by_lattice) {
                     rays.sector = Lattice::sector(rays.u, rays.v, rays.w);
                     const F at = sel(begins, rays.s, splat(0.0f));
-                    begins = begins & ~lattice.escape(rays.u * at + ox[g], rays.v * at + oy[g], rays.w * at + oz[g], rays.sector);
+                    begins = begins & ~lattice.escape(mad(rays.u, at, rays.x), mad(rays.v, at, rays.y), mad(rays.w, at, rays.z), rays.sector);
                 }
                 all.add(rays, bits(begins));
             }

@@ -31,14 +31,14 @@ struct Projection : Simd {
             F before = splat(0.0f), here = splat(recurrence[3 * (m * bands + m)]);
             for (int l = m; l < bands; l++) {
                 const float* constants = recurrence + 3 * (m * bands + l);
-                even[l] += here * a;
-                odd[l] += here * b;
-                const F next = constants[1] * z * here - constants[2] * before;
+                even[l] = mad(here, a, even[l]);
+                odd[l] = mad(here, b, odd[l]);
+                const F next = mad(constants[1] * z, here, -constants[2] * before);
                 before = here;
                 here = next;
             }
-            spill(re + at, a * x - b * y);
-            spill(im + at, a * y + b * x);
+            spill(re + at, mad(a, x, -b * y));
+            spill(im + at, mad(a, y, b * x));
         }
         for (int l = m; l < bands; l++) {
             total[l * (l + 1) + m] += even[l];
@@ -77,7 +77,7 @@ struct Projection : Simd {
         Tracer::clip(x, y, z, u, v, w, bounds, enter, leave);
         for (int first = 0; first < NEAR && shadowed; first += SDFPRT_LANES) {
             const F h = Simd::max(Simd::min(Simd::fill(height + first), leave), Simd::splat(0.0f));
-            balls[g].set(first, h, packets.around(x + h * u, y + h * v, z + h * w, 2.0f * near * scale, step));
+            balls[g].set(first, h, packets.around(Simd::mad(h, u, x), Simd::mad(h, v, y), Simd::mad(h, w, z), 2.0f * near * scale, step));
         }
         // Less where o itself lies so near, in a crease
         const float half = shadowed ? 0.5f * balls[g].radius[0] : 0.0f;
@@ -114,7 +114,9 @@ struct Projection : Simd {
                 const M used = Simd::le(Simd::splat(0.0f), number);
                 const F c = Simd::sqrt(Simd::max(1.0f - u, Simd::splat(1e-9f))), r = Simd::sqrt(u);
                 const F lx = r * Simd::fill(first_of + all + first), ly = r * Simd::fill(first_of + 2 * all + first);
-                const F dx = lx * px + ly * qx + c * nx, dy = lx * py + ly * qy + c * ny, dz = lx * pz + ly * qz + c * nz;
+                const F dx = Simd::mad(c, Simd::splat(nx), Simd::mad(ly, Simd::splat(qx), lx * px));
+                const F dy = Simd::mad(c, Simd::splat(ny), Simd::mad(ly, Simd::splat(qy), lx * py));
+                const F dz = Simd::mad(c, Simd::splat(nz), Simd::mad(ly, Simd::splat(qz), lx * pz));
                 Packets::spill(packets.dx + at, dx);
                 Packets::spill(packets.dy + at, dy);
                 Packets::spill(packets.dz + at, dz);

@@ -85,9 +85,13 @@ def piece(name: str) -> str:
 def build(scene: str, pieces: tuple[str, ...], arguments: dict[str, Any], fused: bool = False, lanes: int = LANES) -> Any:
     """A Warp kernel over `first + thread` that runs the last piece as its body, after simd.h, scene and the others.
 
-    `arguments` gives the kind of each: float, int, FLOATS or WHOLES. `fused` lets the CPU round a product and a sum once, as
-    CUDA does: quicker, but not what OpenGL's CPU driver computes. `lanes`, 8 or 16, is what a packet has on the CPU.
+    `arguments` gives the kind of each: float, int, FLOATS or WHOLES. `lanes`, 8 or 16, is what a packet has on the CPU.
+    `fused` lets the compiler round a product and the sum it goes into once, which is quicker, in a kernel without a scene. A
+    scene's field never gets that: each kernel would fuse other products, and the field would be another one in each. Kernels
+    around a scene say `mad` where sums of their own shall be rounded once. Raises SdfprtError for `fused` with a scene.
     """
+    if fused and scene:
+        raise SdfprtError("a kernel that holds a scene may not fuse products and sums: the field would be another one in it")
     return _kernel(device(), scene, pieces, tuple(arguments.items()), fused, lanes)
 
 
@@ -137,6 +141,7 @@ def _kernel(where: str, scene: str, pieces: tuple[str, ...], arguments: tuple, f
     scope[f"native_{key}"] = wp.func_native(text)(scope[f"native_{key}"])
     made = wp.kernel(enable_backward=False, module="unique")(scope[f"kernel_{key}"])
     made.module.options["cpu_compiler_flags"] = _FLAGS
+    made.module.options["fuse_fp"] = False  # on CUDA too, where compilers fuse by default
     made.textures = textures
     return made
 

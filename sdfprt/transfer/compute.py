@@ -95,7 +95,6 @@ def kernel(scene: Scene) -> Any:
             "records": whole, "clear": whole, "frame": flat, "numbers": whole, "bands": int, "rays": int, "seed": int,
             "shadowed": int, "total": int, "offset": float, "near": float, "step": float, "steps": int,
         },
-        fused=True,
         lanes=LANES,
     )  # fmt: skip
 

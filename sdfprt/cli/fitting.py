@@ -1,6 +1,7 @@
 """Verbs that make scenes of meshes: neural-fit, grid-fit."""
 
 import json
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import asdict
@@ -54,6 +55,8 @@ def _fitted(mesh: Path, output: Path, as_json: bool, fit: "Callable[[Mesh], Scen
     scene_folder(output)
     start = time.perf_counter()
     source = load(mesh)
+    for note in source.notes:
+        print(f"sdfprt: {mesh.name}: {note}", file=sys.stderr)
     scene = fit(source)
     scene.save(output)
     found, seconds = fidelity.compare(scene, source), time.perf_counter() - start

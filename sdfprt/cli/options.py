@@ -77,7 +77,7 @@ class Axis(StrEnum):
 
 # Flags of one value that several verbs take
 SceneName = Annotated[str, typer.Argument(metavar="SCENE", help="A library name, a .glsl or .py file, or a scene folder.")]
-MeshFile = Annotated[Path, typer.Argument(metavar="MESH", help="A triangle mesh: .ply, .obj, .stl or .glb.")]
+MeshFile = Annotated[Path, typer.Argument(metavar="MESH", help="A triangle mesh: .ply, .obj, .stl, .glb, .gltf or .off.")]
 Output = Annotated[Path, typer.Option("-o", "--output", help="OUT.png (tone-mapped) or OUT.exr (raw, with alpha).")]
 FolderOutput = Annotated[Path, typer.Option("-o", "--output", metavar="FOLDER", help="The scene folder to write.")]
 Size = Annotated[str, typer.Option("--size", metavar="WxH", help="Pixels.")]

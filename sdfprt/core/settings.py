@@ -98,6 +98,17 @@ class Camera:
 
 
 @dataclass(frozen=True)
+class Mesh:
+    bytes: int = 2**31 - 1  # of a file that is read, at most
+    triangles: int = 20_000_000  # with all instances, at most
+    texels: int = 4096  # along a side of a texture; larger ones are made smaller
+    picture: int = 2**28  # pixels of a texture's file, at most
+    crease: float = 30.0  # degrees between triangles from which on an edge is sharp where the file has no normals
+    far: float = 500.0  # sizes from the origin beyond which a mesh is moved there: float32 keeps 24 bits
+    lift: float = 2e-5  # how far off the surface a ray begins, of the scene
+
+
+@dataclass(frozen=True)
 class NeuralFit:
     width: int = 32  # neurons a layer
     layers: int = 2  # of them, before the output

@@ -97,3 +97,8 @@ def name(material: Material) -> str:
 def parts(material: Material) -> dict:
     """What it has of albedo, specular and exponent."""
     return {part: getattr(material, part) for part in ("albedo", "specular", "exponent") if hasattr(material, part)}
+
+
+def exponent_of_roughness(alpha: float) -> float:
+    """Phong exponent 2 / alpha^2 - 2 of a microfacet surface whose roughness is alpha, at most 10,000 (Walter et al. 2007)."""
+    return 10_000.0 if alpha <= 0.0141 else min(max(2.0 / (alpha * alpha) - 2.0, 0.0), 10_000.0)

@@ -1,11 +1,11 @@
 """A triangle mesh as a distance: nearest point by Warp's tree, sign by the generalized winding number (Jacobson et al. 2013).
 
 The winding number closes small holes and does not mind triangles that cross, so a mesh need not be watertight.
-Coordinates stay those of the file.
+Coordinates stay those of the file, unless it lies so far from the origin that float32 would not hold it.
 """
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import no_type_check
 
@@ -16,19 +16,28 @@ from numpy import ndarray
 
 from sdfprt.core import kernels
 from sdfprt.core.errors import SdfprtError
-from sdfprt.sdf.measure import Box
+from sdfprt.mesh.loading import content, near
+from sdfprt.mesh.parts import Content
+from sdfprt.mesh.repair import cross_of, repaired
+from sdfprt.mesh.scene import Box
 
-KINDS = (".ply", ".obj", ".stl", ".glb")
 _MARGIN = 0.08  # of the longest side: room between the mesh and the bounds
+_SHEET = 0.25  # |sum of the triangles' normals by area|, of the area, beyond which an open body is a sheet; half a sphere has 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """`vertices` (V, 3), `faces` (F, 3), oriented outwards where the whole was inside out; `name` is for messages."""
+    """`vertices` (V, 3), `faces` (F, 3), each body turned outwards; `name` is for messages.
+
+    `sheets` is the share of the area that belongs to open sheets; `shift` was added to the file's coordinates.
+    """
 
     vertices: Float[ndarray, "v 3"]
     faces: Int[ndarray, "f 3"]
     name: str = "mesh"
+    sheets: float = 0.0
+    shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    notes: tuple[str, ...] = ()
 
     @property
     def bounds(self) -> Box:
@@ -57,9 +66,11 @@ class Mesh:
         return out.numpy()
 
     def require_inside(self, distances: Float[ndarray, "..."]) -> None:
-        """Raise SdfprtError where none of these distances is negative."""
+        """Raise SdfprtError for an open sheet, and where none of these distances is negative."""
+        if self.sheets > 0.5:
+            raise SdfprtError(f"{self.name}: an open sheet, which encloses no volume; close it, or give it a thickness")
         if not (distances < 0).any():
-            raise SdfprtError(f"{self.name}: it encloses no volume (an open sheet, or thinner than the samples are apart)")
+            raise SdfprtError(f"{self.name}: it encloses no volume that the samples meet: thinner than they are apart")
 
     def sample(self, n: int, seed: int = 0) -> tuple[Float[ndarray, "n 3"], Float[ndarray, "n 3"]]:
         """Points spread evenly over the triangles and the triangles' unit normals."""
@@ -89,57 +100,35 @@ def _kernel():
 
 
 def load(path: str | Path) -> Mesh:
-    """The triangles of a PLY, OBJ, STL or GLB file, its parts joined.
+    """The triangles of a mesh file, its parts joined, as `sdfprt.mesh.loading` reads it.
 
     Raises SdfprtError for a file that is missing, empty, of another kind, no mesh, or not finite.
     """
-    import trimesh
-
     path = Path(path)
-    if not path.is_file():
-        raise SdfprtError(f"{path}: no such file")
-    if path.suffix.lower() not in KINDS:
-        raise SdfprtError(f"{path}: cannot read this kind of mesh; use {', '.join(KINDS)}")
-    if path.stat().st_size == 0:
-        raise SdfprtError(f"{path}: the file is empty")
-    try:
-        loaded = trimesh.load_mesh(path, process=False)
-    except Exception as error:
-        raise SdfprtError(
-            f"{path}: not a {path.suffix[1:].upper()} mesh ({str(error).splitlines()[0] if str(error) else type(error).__name__})"
-        ) from None
-    vertices, faces = getattr(loaded, "vertices", None), getattr(loaded, "faces", None)
-    if vertices is None or faces is None or not len(faces):
-        raise SdfprtError(f"{path}: no triangles in it")
-    return make(np.asarray(vertices), np.asarray(faces), path.name)
+    found: Content = content(path)
+    starts = np.cumsum([0, *(len(part.vertices) for part in found.parts)])
+    vertices = np.concatenate([part.vertices for part in found.parts])
+    faces = np.concatenate([part.faces + start for part, start in zip(found.parts, starts, strict=False)])
+    made = make(vertices, faces, path.name)
+    return replace(made, notes=(*found.notes, *made.notes))
 
 
 def make(vertices: ndarray, faces: ndarray, name: str = "mesh") -> Mesh:
-    """A mesh from arrays, corners that coincide joined, triangles without area left out, turned outwards.
+    """A mesh from arrays: corners that coincide joined, triangles without area left out, each body turned outwards.
 
-    Raises SdfprtError for vertices that are not finite, faces that point at none, and a mesh without extent.
+    What lies far from the origin is moved there: `shift` and `notes` say so. Raises SdfprtError for vertices of triangles that are
+    not finite, faces that point at none, and a mesh without extent.
     """
-    vertices, faces = np.asarray(vertices, np.float64), np.asarray(faces, np.int64)
-    if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
-        raise SdfprtError(f"{name}: vertices {vertices.shape} and faces {faces.shape}; both must be (N, 3)")
-    if not len(faces):
-        raise SdfprtError(f"{name}: no triangles in it")
-    if faces.min() < 0 or faces.max() >= len(vertices):
-        raise SdfprtError(f"{name}: a triangle refers to vertex {faces.max()} of {len(vertices)}")
-    bad = int((~np.isfinite(vertices)).any(1).sum())
-    if bad:
-        raise SdfprtError(f"{name}: {bad} of {len(vertices)} vertices are not finite (NaN or infinite)")
-    corners = vertices[faces]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    size = float(np.ptp(corners.reshape(-1, 3), axis=0).max())
-    kept = np.linalg.norm(cross, axis=1) > 1e-14 * size * size
-    if not kept.any() or size <= 0:
-        raise SdfprtError(f"{name}: all triangles are without area")
-    faces, corners = faces[kept], corners[kept]
-    # Six times the volume: negative where the whole is inside out
-    middle = corners.reshape(-1, 3).mean(0)
-    a, b, c = (corners[:, k] - middle for k in range(3))
-    if np.einsum("nc,nc->", a, np.cross(b, c)) < 0:
-        faces = faces[:, ::-1]
-    used, renumbered = np.unique(faces, return_inverse=True)
-    return Mesh(vertices[used].astype(np.float32), renumbered.reshape(-1, 3).astype(np.int64), name)
+    mended = repaired(vertices, faces, name)
+    places, shift = near(mended.places, mended.places)
+    notes = list(mended.notes)
+    if shift.any():
+        notes.insert(0, f"it lies {np.linalg.norm(shift):.6g} from the origin and was moved there, by {tuple(shift.tolist())}")
+    cross = cross_of(mended.places, mended.faces)
+    # The normals of a closed body cancel; those of a sheet do not
+    area = np.bincount(mended.body, np.linalg.norm(cross, axis=1))
+    left = np.stack([np.bincount(mended.body, cross[:, axis]) for axis in range(3)], 1)
+    sheets = float(area[np.linalg.norm(left, axis=1) > _SHEET * area].sum() / area.sum())
+    used, renumbered = np.unique(mended.faces, return_inverse=True)
+    found = renumbered.reshape(-1, 3).astype(np.int64)
+    return Mesh(places[used].astype(np.float32), found, name, sheets, tuple(shift.tolist()), tuple(notes))

@@ -1,0 +1,156 @@
+"""A mesh file as a scene: read, mended, given normals, joined. One road for every command that takes a mesh."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy import ndarray
+
+from sdfprt.core import settings
+from sdfprt.core.errors import SdfprtError
+from sdfprt.mesh import gltf, obj, off, ply, stl
+from sdfprt.mesh.normals import smooth
+from sdfprt.mesh.parts import Content, Finish, Part
+from sdfprt.mesh.repair import cross_of, repaired
+from sdfprt.mesh.scene import MeshScene
+
+READERS: Mapping[str, Callable[[Path], Content]] = {
+    ".ply": ply.read,
+    ".obj": obj.read,
+    ".stl": stl.read,
+    ".glb": gltf.read,
+    ".gltf": gltf.read,
+    ".off": off.read,
+}
+
+
+def content(path: str | Path) -> Content:
+    """The parts of a mesh file. Raises SdfprtError, with the file and the cause, for one that cannot be used."""
+    path = Path(path)
+    if not path.is_file():
+        raise SdfprtError(f"{path}: no such file")
+    if path.suffix.lower() not in READERS:
+        raise SdfprtError(f"{path}: cannot read this kind of mesh; use {', '.join(READERS)}")
+    size = path.stat().st_size
+    if size == 0:
+        raise SdfprtError(f"{path}: the file is empty")
+    if size > settings.Mesh.bytes:
+        raise SdfprtError(f"{path}: {size / 2**30:.1f} GB are more than the 2 GB that are read; split it or make it coarser")
+    try:
+        found = READERS[path.suffix.lower()](path)
+    except MemoryError:
+        raise SdfprtError(f"{path}: more triangles than this machine has memory for") from None
+    if sum(len(part.faces) for part in found.parts) == 0:
+        raise SdfprtError(f"{path}: no triangles in it")
+    return found
+
+
+def load(path: str | Path, **given: Any) -> MeshScene:
+    """The scene of a mesh file; `given` fields (camera, material, title, name, folder) take the place of what is found.
+
+    Raises SdfprtError for a file that is missing, cut, empty, of another kind, no mesh, or not finite.
+    """
+    path = Path(path)
+    found = content(path)
+    return scene_of(found, str(path), **{"name": path.stem, "file": path.name, "folder": path.resolve().parent, **given})
+
+
+def scene_of(found: Content, place: str, **given: Any) -> MeshScene:
+    """Parts joined to a scene; `place` names the file in errors."""
+    parts = [part for part in found.parts if len(part.faces)]
+    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    vertices = np.concatenate([part.vertices for part in parts])
+    faces = np.concatenate([part.faces + start for part, start in zip(parts, starts, strict=False)])
+    each = np.repeat(np.arange(len(parts)), [len(part.faces) for part in parts])
+    own = _normals(parts)
+    notes = list(found.notes)
+
+    # Mended; a body follows the file's normals where it is open
+    facing = None if own is None else np.nan_to_num(own[faces].sum(1))
+    mended = repaired(vertices, faces, place, facing)
+    vertices, shift = near(vertices, mended.places)
+    if shift.any():
+        moved = tuple(-float(x) for x in shift)
+        notes.append(f"it lies {np.linalg.norm(shift):.6g} from the origin and was moved there; {moved} is where it was")
+    notes += mended.notes
+    faces = faces[mended.kept]
+    faces = np.where(mended.turned[:, None], faces[:, ::-1], faces)
+
+    # A normal of its own or a smooth one a corner; a vertex for each pair of place and normal
+    corner = faces if _looks(parts) else mended.faces
+    places = vertices if _looks(parts) else mended.places + shift
+    table, number = np.empty((0, 3)), np.empty_like(faces)
+    wanted = np.ones(faces.shape, bool)
+    if own is not None:
+        cross = cross_of(mended.places, mended.faces)
+        votes = np.bincount(mended.body, (cross * np.nan_to_num(own[faces].sum(1))).sum(1), len(mended.closed))
+        length = np.linalg.norm(own, axis=1)
+        usable = np.isfinite(length) & (length > 1e-12)
+        unit = np.where(usable[:, None], own / np.where(usable, length, 1)[:, None], 0)
+        # Against the triangles, where a closed body was inside out: turned with them
+        against = (votes < 0)[mended.body]
+        table = np.concatenate([unit, -unit])
+        number = faces + np.where(against, len(unit), 0)[:, None]
+        wanted = ~usable[faces]
+    if wanted.any():
+        made, at = smooth(mended.places, mended.faces, mended.links)
+        number = np.where(wanted, at + len(table), number)
+        table = np.concatenate([table, made])
+    key, joined = np.unique(corner.ravel() * len(table) + number.ravel(), return_inverse=True)
+    vertex, normal = key // len(table), key % len(table)
+    uvs, colours = _joined(parts, "uvs", 0.0), _joined(parts, "colours", 1.0)
+
+    # Finishes that are the same object are one
+    finishes: list[Finish] = []
+    of_part = []
+    for part in parts:
+        if not any(part.finish is known for known in finishes):
+            finishes.append(part.finish)
+        of_part.append(next(k for k, known in enumerate(finishes) if known is part.finish))
+    return MeshScene(
+        vertices=places[vertex].astype(np.float32),
+        faces=joined.reshape(-1, 3).astype(np.int32),
+        normals=table[normal].astype(np.float32),
+        two_sided=~mended.closed[mended.body],
+        objects=each[mended.kept].astype(np.int32),
+        finish=np.array(of_part, np.int32)[each[mended.kept]],
+        object_names=tuple(part.name for part in parts),
+        finishes=tuple(finishes),
+        uvs=None if uvs is None else uvs[vertex].astype(np.float32),
+        colours=None if colours is None else colours[vertex].astype(np.float32),
+        shift=tuple(shift.tolist()),
+        notes=tuple(notes),
+        **given,
+    )
+
+
+def near(vertices: ndarray, places: ndarray) -> tuple[ndarray, ndarray]:
+    """Vertices, moved to the origin where float32 would not hold them there, and by how much; `places` are those in use."""
+    low, high = places.min(0), places.max(0)
+    size, middle = float((high - low).max()), (low + high) / 2
+    if np.abs(middle).max() <= settings.Mesh.far * size:
+        return vertices, np.zeros(3)
+    shift = -np.round(middle / size) * size
+    return vertices + shift, shift
+
+
+def _looks(parts: list[Part]) -> bool:
+    """Whether anything but normals belongs to vertices."""
+    return any(part.uvs is not None or part.colours is not None for part in parts)
+
+
+def _normals(parts: list[Part]) -> ndarray | None:
+    """Of all vertices, NaN where the file has none; None where it has none at all."""
+    if all(part.normals is None for part in parts):
+        return None
+    return np.concatenate([np.full(part.vertices.shape, np.nan) if part.normals is None else part.normals for part in parts])
+
+
+def _joined(parts: list[Part], name: str, rest: float) -> ndarray | None:
+    """Values of all vertices, `rest` where a part has none; None where no part has any."""
+    found = [getattr(part, name) for part in parts]
+    wide = next((values.shape[1] for values in found if values is not None), 0)
+    if not wide:
+        return None
+    return np.concatenate([np.full((len(p.vertices), wide), rest) if v is None else v for p, v in zip(parts, found, strict=True)])

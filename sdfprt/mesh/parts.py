@@ -1,0 +1,135 @@
+"""What a mesh file holds before it is a scene: parts of triangles, each with one finish; pictures beside the file; polygons cut.
+
+Readers (ply, obj, stl, off, gltf) return parts; whatever mends triangles, finds normals or joins parts comes after them.
+"""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, Int, UInt8
+from numpy import ndarray
+
+from sdfprt.core import settings
+from sdfprt.core.errors import SdfprtError
+
+Colour = tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Finish:
+    """Of a material what the file has: linear albedo, times the picture (sRGB, row 0 at v = 1), and the Phong exponent."""
+
+    name: str = ""
+    albedo: Colour | None = None
+    picture: UInt8[ndarray, "h w 3"] | None = None
+    exponent: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Triangles of one finish. `uvs` have v upwards; `colours` are linear; `uvs`, `colours`, `normals` belong to vertices."""
+
+    vertices: Float[ndarray, "v 3"]
+    faces: Int[ndarray, "f 3"]
+    normals: Float[ndarray, "v 3"] | None = None
+    uvs: Float[ndarray, "v 2"] | None = None
+    colours: Float[ndarray, "v 3"] | None = None
+    finish: Finish = field(default_factory=Finish)
+    name: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Content:
+    """The parts of a file, and what was left out or assumed while it was read."""
+
+    parts: list[Part]
+    notes: list[str] = field(default_factory=list)
+
+
+def beside(file: Path, name: str) -> Path:
+    """A file that a mesh refers to; it lies in the mesh's folder or below it. Raises SdfprtError for any other place."""
+    folder = file.resolve().parent
+    path = (folder / name.replace("\\", "/")).resolve()
+    if not path.is_relative_to(folder):
+        raise SdfprtError(f"{file}: refers to {name!r}, which lies outside its folder")
+    return path
+
+
+def picture(source: Path | bytes, name: str) -> UInt8[ndarray, "h w 3"]:
+    """A texture's texels, three channels of 8 bits, no side above settings.Mesh.texels. Raises SdfprtError where it is none."""
+    import io
+
+    from PIL import Image
+
+    try:
+        with Image.open(io.BytesIO(source) if isinstance(source, bytes) else source) as image:
+            width, height = image.size
+            if width * height > settings.Mesh.picture:
+                raise SdfprtError(f"{name}: {width}x{height} pixels are more than the {settings.Mesh.picture} that are read")
+            side = settings.Mesh.texels
+            image.draft("RGB", (side, side))
+            rgb = image.convert("RGB")
+            if max(rgb.size) > side:
+                scale = side / max(rgb.size)
+                rgb = rgb.resize((max(round(width * scale), 1), max(round(height * scale), 1)), Image.Resampling.BOX)
+            return np.asarray(rgb, np.uint8)
+    except SdfprtError:
+        raise
+    except Exception as error:  # whatever Pillow raises for a file that is no picture
+        raise SdfprtError(f"{name}: not a picture that can be read ({type(error).__name__})") from None
+
+
+def decoded(values: ndarray) -> Float[ndarray, "..."]:
+    """sRGB in [0, 1] to linear."""
+    values = np.asarray(values, np.float32)
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4).astype(np.float32)
+
+
+def triangles(vertices: Float[ndarray, "v 3"], corners: Int[ndarray, "c"], counts: Int[ndarray, "p"]) -> Int[ndarray, "f 3"]:
+    """Places in `corners` of the triangles of polygons that follow one another there, `counts` corners each.
+
+    Convex ones become fans; ears are cut off the others. Polygons of fewer than three corners are left out.
+    """
+    first = np.cumsum(counts) - counts
+    fans = []
+    for count in np.unique(counts[counts >= 3]).tolist():
+        start = first[counts == count]
+        place = np.arange(count)
+        if count == 3:
+            fans.append(start[:, None] + place)
+            continue
+        points = vertices[corners[start[:, None] + place]].astype(float)  # (P, count, 3)
+        around = points - points[:, :1]
+        spokes = np.cross(around[:, 1:-1], around[:, 2:])  # of each triangle of the fan
+        whole = spokes.sum(axis=1, keepdims=True)
+        concave = ((spokes * whole).sum(-1) < 0).any(axis=1)
+        rest = np.arange(1, count - 1)
+        fan = np.stack([np.zeros_like(rest), rest, rest + 1], 1)  # (count - 2, 3)
+        fans.append((start[~concave][:, None, None] + fan).reshape(-1, 3))
+        fans += [at + _ears(p, w[0]) for at, p, w in zip(start[concave], points[concave], whole[concave], strict=True)]
+    return np.concatenate(fans).astype(np.int64) if fans else np.empty((0, 3), np.int64)
+
+
+def _ears(points: Float[ndarray, "n 3"], normal: Float[ndarray, "3"]) -> Int[ndarray, "t 3"]:
+    """Triangles of one polygon whose corners run about `normal`, an ear at a time."""
+    across = [axis for axis in range(3) if axis != int(np.abs(normal).argmax())]
+    flat = points[:, across]
+    turn = np.sign(normal[3 - sum(across)]) * (1 if across != [0, 2] else -1)
+
+    def area(a: int, b: int, c: int) -> float:
+        u, v = flat[b] - flat[a], flat[c] - flat[a]
+        return turn * float(u[0] * v[1] - u[1] * v[0])
+
+    left, found = list(range(len(points))), []
+    while len(left) > 3:
+        for k in range(len(left)):
+            a, b, c = left[k - 1], left[k], left[(k + 1) % len(left)]
+            inside = any(area(a, b, p) > 0 and area(b, c, p) > 0 and area(c, a, p) > 0 for p in left if p not in (a, b, c))
+            if area(a, b, c) > 0 and not inside:
+                break
+        else:
+            k = 0  # a polygon that crosses itself
+        found.append((left[k - 1], left[k], left[(k + 1) % len(left)]))
+        del left[k]
+    return np.array([*found, tuple(left)])

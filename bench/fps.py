@@ -19,7 +19,7 @@ import moderngl
 import numpy as np
 
 from sdfprt.baking.asset import Asset
-from sdfprt.baking.stages import bake
+from sdfprt.baking.sdf import bake
 from sdfprt.core import settings
 from sdfprt.glsl.text import blocks, fours, number, vector
 from sdfprt.light import light as lights

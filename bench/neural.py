@@ -20,7 +20,7 @@ import common as bench
 import numpy as np
 import warp as wp
 
-from sdfprt.baking.stages import bake
+from sdfprt.baking.sdf import bake
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.opengl import context
 from sdfprt.imaging import image, metrics

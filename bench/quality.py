@@ -16,7 +16,7 @@ import common as bench
 import numpy as np
 
 from sdfprt.baking.asset import Asset
-from sdfprt.baking.stages import bake
+from sdfprt.baking.sdf import bake
 from sdfprt.core.progress import track
 from sdfprt.core.resources import folder
 from sdfprt.imaging import metrics

@@ -16,7 +16,7 @@ from dataclasses import replace
 import common as bench
 import numpy as np
 
-from sdfprt.baking.stages import bake
+from sdfprt.baking.sdf import bake
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, Phong
 from sdfprt.rendering.frame import frame

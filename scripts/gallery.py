@@ -5,7 +5,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from sdfprt.baking.stages import bake
+from sdfprt.baking.sdf import bake
 from sdfprt.imaging import image
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import DiffusePhong

@@ -4,7 +4,7 @@ import argparse
 import time
 
 from sdfprt.baking.asset import Asset
-from sdfprt.baking.stages import bake
+from sdfprt.baking.sdf import bake
 from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.resources import folder

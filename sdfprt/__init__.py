@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from sdfprt import csg
     from sdfprt.baking.asset import Asset
-    from sdfprt.baking.stages import bake
+    from sdfprt.baking.sdf import bake
     from sdfprt.core.errors import GlslError, SdfprtError
     from sdfprt.export.page import export_html, export_shadertoy
     from sdfprt.imaging import metrics
@@ -63,7 +63,7 @@ _HOME = {
     "Scene": "sdf.scene",
     "SdfprtError": "core.errors",
     "TransferNet": "network.mlp",
-    "bake": "baking.stages",
+    "bake": "baking.sdf",
     "compute_transfer": "transfer.compute",
     "csg": "csg",
     "export_html": "export.page",

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from sdfprt.core.cache import ASSETS, cache_folder, regular_file
 from sdfprt.core.errors import SdfprtError
-from sdfprt.core.resources import cache_folder
 from sdfprt.network.mlp import TransferNet, read
 from sdfprt.sdf.scene import Scene
 
@@ -43,18 +43,27 @@ class Asset:
             asset.check(scene)
         return asset
 
+    @classmethod
+    def find(cls, path: Path, scene: Scene) -> Asset | None:
+        """The cache's file where it is whole and the scene's; None else, and a bake writes it anew."""
+        if not regular_file(path):
+            return None
+        try:
+            return cls.load(path, scene=scene)
+        except SdfprtError:
+            return None
+
 
 def find_asset(scene: Scene, width: int) -> Asset | None:
     """The weights of that width that ship with the scene, or that a bake with default settings left in the cache."""
-    shipped = [scene.folder / f"k{width}.safetensors"] if scene.folder is not None else []
-    for path in (*shipped, cached_path(scene, width)):
-        if path.is_file():
-            asset = Asset.load(path)
-            if asset.scene_hash == scene.hash:
-                return asset
-    return None
+    shipped = scene.folder / f"k{width}.safetensors" if scene.folder is not None else None
+    if shipped is not None and shipped.is_file():
+        asset = Asset.load(shipped)
+        if asset.scene_hash == scene.hash:
+            return asset
+    return Asset.find(cached_path(scene, width), scene)
 
 
-def cached_path(scene: Scene, width: int) -> Path:
-    """Where a bake with default settings leaves its asset."""
-    return cache_folder() / "assets" / f"{scene.hash}-k{width}.safetensors"
+def cached_path(scene: Scene, width: int, recipe: str = "") -> Path:
+    """Where a bake leaves its asset; `recipe`, of what is not default, takes the place of the width."""
+    return cache_folder() / ASSETS / f"{scene.hash}-{recipe or f'k{width}'}.safetensors"

@@ -33,7 +33,7 @@ def bake(
     as_json: AsJson = False,
 ) -> None:
     """Precompute transfer and fit the network; resumes where an earlier call was stopped."""
-    from sdfprt.baking.stages import bake as run
+    from sdfprt.baking.sdf import bake as run
 
     if output is not None:
         picture(output, (".safetensors",))

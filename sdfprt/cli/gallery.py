@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from sdfprt.baking.asset import find_asset
-from sdfprt.baking.stages import bake
+from sdfprt.baking.sdf import bake
 from sdfprt.core.progress import track
 from sdfprt.imaging import image
 from sdfprt.light.light import Light

@@ -171,7 +171,7 @@ class Weights:
 
     def read(self, scene: "Scene") -> "Asset":
         from sdfprt.baking.asset import Asset
-        from sdfprt.baking.stages import bake
+        from sdfprt.baking.sdf import bake
 
         if self.asset is None:
             return bake(scene, width=settings.Network.width if self.width is None else self.width)

@@ -18,10 +18,13 @@ import numpy as np
 import warp as wp
 from numpy import ndarray
 
+from sdfprt.core.cache import kernel_folder
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.resources import folder
 
 wp.config.log_level = wp.LOG_ERROR  # standard output is for results
+if (_compiled := kernel_folder(wp.config.version)) is not None:
+    wp.config.kernel_cache_dir = str(_compiled)
 LANES = 16  # of a packet on the CPU, as in kernels/simd.h; arrays of rays are padded to whole packets everywhere
 FLOATS, WHOLES = wp.array(dtype=float), wp.array(dtype=int)  # kinds of arguments
 DEVICE = "SDFPRT_DEVICE"

@@ -1,6 +1,5 @@
 """Where the files that ship with sdfprt lie: shaders, kernels and the scene library, in a checkout and in a wheel."""
 
-import os
 from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parent.parent
@@ -10,10 +9,3 @@ def folder(name: str) -> Path:
     """Folder `shaders`, `kernels` or `sdf_library`: beside the package in a checkout, inside it in a wheel."""
     inside = PACKAGE / name
     return inside if inside.is_dir() else PACKAGE.parent / name
-
-
-def cache_folder() -> Path:
-    """Folder for bakes and translated scenes: $SDFPRT_CACHE, or sdfprt under $XDG_CACHE_HOME or ~/.cache."""
-    if own := os.environ.get("SDFPRT_CACHE"):
-        return Path(own)
-    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "sdfprt"

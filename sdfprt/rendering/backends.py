@@ -14,10 +14,10 @@ import torch
 
 from sdfprt.baking.asset import Asset
 from sdfprt.core import kernels, settings
+from sdfprt.core.cache import cache_folder
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
 from sdfprt.core.opengl import context
-from sdfprt.core.resources import cache_folder
 from sdfprt.imaging.camera import Camera
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, Material

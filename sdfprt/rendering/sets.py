@@ -19,7 +19,7 @@ import numpy as np
 
 from sdfprt.baking import cluster as workers
 from sdfprt.baking.asset import Asset
-from sdfprt.baking.stages import bake
+from sdfprt.baking.sdf import bake
 from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write

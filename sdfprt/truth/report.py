@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
-from sdfprt.baking.stages import bake
+from sdfprt.baking.sdf import bake
 from sdfprt.core import settings
 from sdfprt.core.files import atomic_write
 from sdfprt.imaging import image, metrics

@@ -11,7 +11,8 @@ import pytest
 
 import sdfprt
 from sdfprt import Scene, SdfprtError, TransferNet
-from sdfprt.baking import stages
+from sdfprt.baking import search, stages
+from sdfprt.baking.stages import Size
 from sdfprt.core import settings
 from sdfprt.truth import exact
 
@@ -34,7 +35,7 @@ def _bake(cache: str, out: str | None = None) -> None:
 
 def test_a_bake_killed_at_any_moment_goes_on_to_the_same_tensors(tmp_path):
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["sdfprt.baking.stages", "torch", "warp"])
+    context.set_forkserver_preload(["sdfprt.baking.sdf", "torch", "warp"])
 
     def run(cache: str, out: str) -> float:
         start = time.monotonic()
@@ -82,8 +83,9 @@ def small(tmp_path, monkeypatch):
 
 def test_the_same_call_again_computes_nothing(small, monkeypatch):
     first = sdfprt.bake(small, **SMALL)
-    for stage in ("sample_surface", "compute_transfer", "fit_transfer"):
+    for stage in ("sample_surface", "fit_transfer"):
         monkeypatch.setattr(stages, stage, None)
+    monkeypatch.setattr(stages.workers, "transfer", None)
     again = sdfprt.bake(small, **SMALL)
     assert again.net.digest == first.net.digest
 
@@ -118,7 +120,7 @@ def test_a_target_finds_the_smallest_network(small):
     reached = [min(point["validation_psnr"], point["view_psnr"]) >= 20 for point in curve]
     first = reached.index(True)
     # Sizes up to the first that reaches it, then encodings of that size
-    assert [point["width"] for point in curve[: first + 1]] == [size.width for size in stages.SIZES[: first + 1]]
+    assert [point["width"] for point in curve[: first + 1]] == [size.width for size in search.SIZES[: first + 1]]
     assert all(
         point["width"] == curve[first]["width"] and point["weights"] < curve[first]["weights"] for point in curve[first + 1 :]
     )
@@ -130,7 +132,7 @@ def test_a_target_finds_the_smallest_network(small):
 
 
 def test_the_curve_tells_how_the_network_looks_from_views_it_was_not_fitted_to(small, monkeypatch):
-    monkeypatch.setattr(stages, "SIZES", (stages.Size(16, 3),))
+    monkeypatch.setattr(search, "SIZES", (Size(16, 3),))
     monkeypatch.setattr(settings.Exact, "rays", 1024)
     asset = sdfprt.bake(small, **SMALL, target_psnr=15.0)
     x, y, z = small.camera.eye
@@ -148,15 +150,15 @@ def test_the_curve_tells_how_the_network_looks_from_views_it_was_not_fitted_to(s
 
 
 def test_views_can_ask_for_more_than_points(small, monkeypatch):
-    monkeypatch.setattr(stages, "_view_psnr", lambda net, views: 10.0 if len(net.weights) < 4 else 30.0)
+    monkeypatch.setattr(search, "view_psnr", lambda net, views: 10.0 if len(net.weights) < 4 else 30.0)
     asset = sdfprt.bake(small, **SMALL, target_psnr=15.0)
     assert [(point["layers"], point["view_psnr"]) for point in asset.info["curve"][:3]] == [(3, 10.0), (3, 10.0), (4, 30.0)]
     assert len(asset.net.weights) == 4
 
 
 def test_a_target_that_no_size_reaches_is_told(small, monkeypatch):
-    monkeypatch.setattr(stages, "SIZES", (stages.Size(16, 3), stages.Size(16, 4)))
-    monkeypatch.setattr(stages, "_view_psnr", lambda net, views: 10.0 + len(net.weights))
+    monkeypatch.setattr(search, "SIZES", (Size(16, 3), Size(16, 4)))
+    monkeypatch.setattr(search, "view_psnr", lambda net, views: 10.0 + len(net.weights))
     asset = sdfprt.bake(small, **SMALL, target_psnr=15.0)
     assert not asset.info["target_reached"]
     assert [point["layers"] for point in asset.info["curve"]] == [3, 4]

@@ -78,7 +78,7 @@ def cluster(tmp_path, monkeypatch) -> Iterator[Cluster]:
 def test_a_bake_on_a_cluster_that_loses_a_worker_is_the_local_bake_to_the_bit(cluster, tmp_path, monkeypatch):
     monkeypatch.setattr(settings.Surface, "resolution", 48)
     monkeypatch.setattr(settings.Fit, "held_out", 256)
-    monkeypatch.setattr(stages, "_CHUNK", 1000)
+    monkeypatch.setattr(stages, "CHUNK", 1000)
     monkeypatch.setattr(workers, "POINTS", 130)
     scene = Scene(glsl=nets.SPHERE_AND_BOX)
 
@@ -93,7 +93,7 @@ def test_a_bake_on_a_cluster_that_loses_a_worker_is_the_local_bake_to_the_bit(cl
     far = run("far", cluster=cluster.address)
     killer.join(60)
     assert cluster.workers[0].wait(60) == -signal.SIGKILL
-    monkeypatch.setattr(stages, "_CHUNK", 32_768)
+    monkeypatch.setattr(stages, "CHUNK", 32_768)
     near = run("near")
     np.testing.assert_array_equal(np.concatenate(transfer("far")), np.concatenate(transfer("near")))
     assert far.net.digest == near.net.digest

@@ -87,9 +87,9 @@ def test_an_unforeseen_error_is_one_line_with_its_place():
 
 def test_ctrl_c_says_that_the_same_call_goes_on_and_exits_130(tmp_path: Path):
     script = (
-        "import signal, sys, sdfprt.baking.stages as stages\n"
+        "import signal, sys, sdfprt.baking.sdf as sdf\n"
         "def bake(*_, **__): signal.raise_signal(signal.SIGINT)\n"
-        "stages.bake = bake\n"
+        "sdf.bake = bake\n"
         "sys.argv = ['sdfprt', 'bake', 'fish', '--traceback']\n"
         "from sdfprt.__main__ import main\nmain()\n"
     )

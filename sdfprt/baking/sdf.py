@@ -1,0 +1,102 @@
+"""The bake of a signed distance field: what is there already, samples, networks, asset; the only module that knows the order."""
+
+from contextlib import nullcontext
+from dataclasses import asdict, replace
+from typing import Any
+
+from sdfprt.baking import cluster as workers
+from sdfprt.baking import search, stages
+from sdfprt.baking.asset import Asset, cached_path, find_asset
+from sdfprt.baking.search import Fitted
+from sdfprt.baking.stages import Part, Samples, Size
+from sdfprt.core import settings
+from sdfprt.core.cache import WORK, cache_folder, trim_work
+from sdfprt.core.errors import SdfprtError
+from sdfprt.sdf.scene import Scene
+
+KEEP = 24  # working files that stay when a bake ends
+
+
+def bake(
+    scene: Scene,
+    width: int = settings.Network.width,
+    layers: int = settings.Network.layers,
+    bands: int = settings.Transfer.bands,
+    points: int = settings.Surface.points,
+    rays: int = settings.Transfer.rays,
+    steps: int = settings.Fit.steps,
+    seed: int = 0,
+    target_psnr: float | None = None,
+    preview: bool = False,
+    fresh: bool = False,
+    cluster: str | None = None,
+) -> Asset:
+    """The asset of a scene: shipped, from the cache, or made now, resuming what an earlier call left unfinished.
+
+    `target_psnr`, dB of transfer at held-out points and of pictures from held-out views, finds the smallest of search.SIZES and
+    search.ENCODINGS that reaches it in both, in place of `width` and `layers`; `info["curve"]` holds what each reached, and
+    `info["target_reached"]` whether one did; if not, the nearest comes back. `preview` is a rough network in seconds. `fresh`
+    makes one even where weights ship with the scene or lie in the cache. `cluster`, a Dask scheduler's address, has its workers
+    trace the rays; the asset is the same to the bit. Raises SdfprtError where the scene has no surface or its distance is NaN.
+    """
+    resolution = settings.Surface.resolution
+    if preview:
+        points, rays, steps, resolution = 30_000, 64, 800, 128
+    if points < 100 or rays < 1 or steps < 1:
+        raise SdfprtError(f"bake: points {points}, rays {rays}, steps {steps}; give at least 100, 1 and 1")
+
+    # What is there already
+    recipe = (layers, bands, points, rays, steps, seed, target_psnr)
+    usual = recipe == _usual()
+    path = cached_path(scene, width) if usual else cached_path(scene, width, stages.digest(width, *recipe))
+    if not fresh and (found := find_asset(scene, width) if usual else Asset.find(path, scene)):
+        return found
+
+    # Networks of one size, or of those that the search tries
+    work = cache_folder() / WORK
+    traced, train, validation = _samples(scene, points, rays, bands, seed, resolution, cluster)
+    looks = search.views(scene, work, bands, seed) if target_psnr else []
+
+    def fitted(size: Size, stop: float | None) -> Fitted:
+        key = stages.digest(traced, size, steps, stop, asdict(settings.Fit()), asdict(settings.Network()))
+        net = stages.network(scene, work / f"fit-{key}", train, validation, size, steps, seed, stop)
+        reached = {"validation_psnr": net.info["validation_psnr"]}
+        return Fitted(size, net, reached | ({"view_psnr": search.view_psnr(net, looks)} if looks else {}))
+
+    tried = search.try_sizes(fitted, target_psnr) if target_psnr else [fitted(Size(width, layers), None)]
+
+    # The asset: the smallest that reaches the target, or the nearest to it
+    good = [each for each in tried if each.least >= (target_psnr or 0)]
+    best = min(good, key=lambda each: each.weights) if good else max(tried, key=lambda each: each.least)
+    about: dict[str, Any] = {"points": points, "rays": rays}
+    if target_psnr:
+        about |= {"curve": [each.row for each in tried], "target_psnr": target_psnr, "target_reached": bool(good)}
+    asset = Asset(replace(best.net, info=best.net.info | about), scene.hash, str(path))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    asset.save(path)
+    trim_work(KEEP)
+    return asset
+
+
+def _samples(
+    scene: Scene, points: int, rays: int, bands: int, seed: int, resolution: int, cluster: str | None
+) -> tuple[str, Samples, Samples]:
+    """The name of what was traced, samples to train on, and samples for validation, with more rays and by the field alone."""
+    work, held = cache_folder() / WORK, settings.Fit.held_out
+    rounded = points * rays > settings.Lattice.few
+    parts = Part(0, points, rays, rounded), Part(points, points + held, settings.Fit.held_out_rays, False)
+    key = stages.digest(scene.hash, points, held, seed, resolution, asdict(settings.Surface()))
+    traced = work / f"transfer-{stages.digest(key, bands, rays, asdict(settings.Trace()), asdict(settings.Lattice()))}"
+    with workers.connect(cluster) if cluster else nullcontext() as client:  # first, since it may not be there
+        drawn = stages.surface(scene, work / f"surface-{key}.npz", points + held, seed, resolution)
+        if client is not None:
+            for part in parts:
+                stages.trace_ahead(client, scene, drawn, part, traced, bands, seed)
+    train, validation = (stages.samples(scene, drawn, part, traced, bands, seed) for part in parts)
+    return traced.name, train, validation
+
+
+def _usual() -> tuple:
+    """The recipe of default settings, whose asset may ship with the scene."""
+    sizes = settings.Network.layers, settings.Transfer.bands, settings.Surface.points, settings.Transfer.rays
+    return (*sizes, settings.Fit.steps, 0, None)

@@ -1,0 +1,109 @@
+"""The search for the smallest network that reaches a target, at points of the surface and in pictures."""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy import ndarray
+
+from sdfprt.baking.stages import Arrays, Size, cached, digest
+from sdfprt.core import settings
+from sdfprt.light.light import Light
+from sdfprt.material import shading
+from sdfprt.material.lobes import Material
+from sdfprt.network.mlp import TransferNet
+from sdfprt.sdf.scene import Scene
+from sdfprt.sdf.trace import GBuffer, gbuffer
+from sdfprt.transfer.compute import compute_transfer
+
+SIZES = (Size(16, 3), Size(32, 3), Size(32, 4), Size(64, 4), Size(128, 4))  # that are tried, from the smallest
+ENCODINGS = ((3, 1), (5, 1))  # octaves that are then tried in the size that was found
+_VIEWS, _VIEW_SIDE, _VIEW_LIGHT = 3, 40, "sky_afternoon"  # pictures that are looked at; side in pixels
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A network of some size, and the PSNR that it reached at points and in views."""
+
+    size: Size
+    net: TransferNet
+    reached: dict[str, float]
+
+    @property
+    def least(self) -> float:
+        return min(self.reached.values())
+
+    @property
+    def weights(self) -> int:
+        return sum(w.size + b.size for w, b in self.net.weights)
+
+    @property
+    def row(self) -> dict[str, float]:
+        return {**self.size._asdict(), "weights": self.weights, **self.reached}
+
+
+def try_sizes(fitted: Callable[[Size, float | None], Fitted], target: float) -> list[Fitted]:
+    """SIZES until one reaches the target, then ENCODINGS in that size until one does; all that were tried, in that order."""
+
+    def one(size: Size) -> Fitted:
+        # A fit that stops at the target for points goes to its end where the views want more
+        found = fitted(size, target)
+        return found if found.reached["validation_psnr"] < target or found.least >= target else fitted(size, None)
+
+    tried: list[Fitted] = []
+    for size in SIZES:
+        tried.append(one(size))
+        if tried[-1].least >= target:
+            break
+    else:
+        return tried
+    for octaves in ENCODINGS:
+        tried.append(one(Size(*tried[-1].size[:2], *octaves)))
+        if tried[-1].least >= target:
+            break
+    return tried
+
+
+@dataclass(frozen=True)
+class View:
+    """Hit points of a camera, and what exact transfer shows there under `light`; no colours of the scene's own in it."""
+
+    points: ndarray
+    normals: ndarray
+    outgoing: ndarray
+    light: ndarray
+    material: Material
+    truth: ndarray
+
+    def radiance(self, transfer: ndarray) -> ndarray:
+        return shading.shade(transfer, self.normals, self.outgoing, self.light, self.material)
+
+
+def views(scene: Scene, work: Path, bands: int, seed: int) -> list[View]:
+    """Small views about the target's vertical, between the places that the scene's own camera is likely to see."""
+    light, found = Light.load(_VIEW_LIGHT).sh(bands), []
+    for k in range(_VIEWS):
+        camera = scene.camera.turned(2 * np.pi * (k + 0.5) / _VIEWS)
+        seen = gbuffer(scene, camera, (_VIEW_SIDE, _VIEW_SIDE))
+        if not seen.mask.any():
+            continue
+        rays = settings.Exact.rays
+        key = digest(scene.hash, asdict(camera), _VIEW_SIDE, bands, rays, seed, asdict(settings.Trace()))
+
+        def trace(seen: GBuffer = seen, rays: int = rays) -> Arrays:
+            return {"T": compute_transfer(scene, seen.points, seen.normals, bands, rays, seed=seed + 1)}
+
+        shapes = {"T": (len(seen.points), bands * bands)}
+        transfer = cached(work / f"view-{key}.npz", shapes, trace)["T"]
+        view = View(seen.points, seen.normals, -seen.directions, light, scene.material, np.empty(0))
+        found.append(replace(view, truth=view.radiance(transfer)))
+    return found
+
+
+def view_psnr(net: TransferNet, views: list[View]) -> float:
+    """dB over the hit pixels of all views together; peak: the 99.9th percentile of the exact ones."""
+    truth = np.concatenate([view.truth for view in views])
+    ours = np.concatenate([view.radiance(net.predict(view.points, view.normals)) for view in views])
+    error = max(float(np.mean((ours - truth) ** 2)), 1e-20)
+    return float(10 * np.log10(np.percentile(truth, 99.9) ** 2 / error))

@@ -20,10 +20,12 @@ from sdfprt.baking.sdf import bake
 from sdfprt.core.progress import track
 from sdfprt.core.resources import folder
 from sdfprt.imaging import metrics
+from sdfprt.imaging.camera import trajectory
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, Material, Phong
 from sdfprt.rendering.frame import frame
 from sdfprt.sdf import scene
+from sdfprt.sdf.folder import library
 from sdfprt.truth import exact, report
 
 MATERIALS: tuple[Material, ...] = (Diffuse(), Phong(32))
@@ -60,7 +62,7 @@ def measure_scene(
     found: dict[tuple[int, str], list[dict]] = {}
     bands = max(asset.net.bands for asset in assets.values())
     with track(f"quality of {which.name}", views) as advance:
-        for camera in report.trajectory(which.camera, views):
+        for camera in trajectory(which.camera, views):
             view = exact.view(which, camera, (size, size), bands, rays)
             for light in lights:
                 for material in MATERIALS:
@@ -102,8 +104,8 @@ def _measured(path: Path) -> dict[str, list[dict]]:
 
 def shipped(widths: list[int]) -> list[str]:
     """Scenes of the library that have weights of every width."""
-    library = folder("sdf_library")
-    return [name for name in scene.library() if all((library / name / f"k{width}.safetensors").is_file() for width in widths)]
+    home = folder("sdf_library")
+    return [name for name in library() if all((home / name / f"k{width}.safetensors").is_file() for width in widths)]
 
 
 def _body(rows: list[dict]) -> str:

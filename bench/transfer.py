@@ -18,7 +18,7 @@ import numpy as np
 from sdfprt.core import settings
 from sdfprt.maths import sh, sphere
 from sdfprt.sdf import lattice, surface, trace
-from sdfprt.sdf import scene as scenes
+from sdfprt.sdf.folder import library
 from sdfprt.sdf.lattice import Lattice
 from sdfprt.sdf.scene import Scene
 from sdfprt.sdf.surface import Surface, sample_surface
@@ -130,7 +130,7 @@ def measure(scene: Scene, points: int, rays: int, resolution: int, turns: int) -
 
 def main() -> None:
     parser = bench.parser("transfer", __doc__)
-    parser.add_argument("--scenes", nargs="+", default=list(scenes.library()))
+    parser.add_argument("--scenes", nargs="+", default=list(library()))
     parser.add_argument("--points", type=int, default=8192)
     parser.add_argument("--rays", type=int, default=settings.Transfer.rays)
     parser.add_argument("--resolution", type=int, default=128, help="of Mitsuba's mesh")

@@ -21,6 +21,7 @@ from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, Phong
 from sdfprt.rendering.frame import frame
 from sdfprt.sdf import scene, surface, trace
+from sdfprt.sdf.folder import library
 from sdfprt.truth import exact
 from sdfprt.truth.path_tracing import reference_image
 
@@ -33,7 +34,7 @@ def psnr(a: np.ndarray, b: np.ndarray, mask: np.ndarray) -> float:
 
 def main() -> None:
     parser = bench.parser("truth", __doc__)
-    parser.add_argument("--scenes", nargs="+", default=list(scene.library()))
+    parser.add_argument("--scenes", nargs="+", default=list(library()))
     parser.add_argument("--light", default="sky_afternoon")
     parser.add_argument("--size", type=int, default=256)
     parser.add_argument("--spp", type=int, default=1024, help="of the reference; Mitsuba takes twice as many")

@@ -10,7 +10,8 @@ from sdfprt.imaging import image
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import DiffusePhong
 from sdfprt.rendering.frame import frame
-from sdfprt.sdf.scene import Scene, library
+from sdfprt.sdf.folder import library
+from sdfprt.sdf.scene import Scene
 
 SIDE = 320
 COLUMNS = 4

@@ -8,7 +8,8 @@ from sdfprt.baking.sdf import bake
 from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.resources import folder
-from sdfprt.sdf.scene import Scene, library
+from sdfprt.sdf.folder import library
+from sdfprt.sdf.scene import Scene
 
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("scenes", nargs="*", default=list(library()))

@@ -67,8 +67,15 @@ def _imported(path: Path) -> set[str]:
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
-            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+            given = {f"{node.module}.{alias.name}" for alias in node.names}
+            # `from sdfprt.csg import shapes` names that module alone
+            names |= given if all(map(_is_module, given)) else {node.module, *given}
     return names
+
+
+def _is_module(name: str) -> bool:
+    path = ROOT / name.replace(".", "/")
+    return path.with_suffix(".py").is_file() or (path / "__init__.py").is_file()
 
 
 def _graph() -> dict[str, set[str]]:

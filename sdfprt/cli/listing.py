@@ -13,7 +13,7 @@ from sdfprt.cli.options import AsJson, Reading, SceneName, keep_apart, picture, 
 @verb("scenes")
 def scenes() -> None:
     """List the library's scenes."""
-    from sdfprt.sdf.scene import library
+    from sdfprt.sdf.folder import library
 
     for name, title in library().items():
         print(f"{name:20} {title}")

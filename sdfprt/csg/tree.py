@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from sdfprt.core.errors import SdfprtError
 from sdfprt.glsl import text
+from sdfprt.sdf.scene import Scene
 
 Vector = Sequence[float] | np.ndarray
 Bounds = tuple[np.ndarray, np.ndarray]
@@ -238,13 +240,11 @@ class Solid(_Shape):
         writer.functions.append("\n".join([*head, *pick, "    return colour;", "}"]))
         return writer.text(result)
 
-    def scene(self, margin: float = 0.05, colours: Sequence[tuple[Solid, Vector]] = (), **settings):
+    def scene(self, margin: float = 0.05, colours: Sequence[tuple[Solid, Vector]] = (), **settings: Any) -> Scene:
         """A Scene of this solid; its bounds grow by `margin` of their diagonal. `colours` as in `text`.
 
         Raises SdfprtError where the bounds are infinite.
         """
-        from sdfprt.sdf.scene import Scene
-
         low, high = self.bounds
         if not np.all(np.isfinite([low, high])):
             raise SdfprtError("csg: the solid is infinite; intersect it with a box, or give Scene(glsl=..., bounds=...)")

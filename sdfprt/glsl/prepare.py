@@ -53,6 +53,7 @@ _HOST = {
 
 _COLOURS = {name: rf"\b{kind}\s+{name}\s*\(\s*(?:in\s+)?vec3\s+\w+\s*,\s*(?:in\s+)?vec3\b" for name, kind in KINDS.items()}
 _SAMPLER = re.compile(r"\buniform\s+(?:(?:highp|mediump|lowp)\s+)?sampler2D\s+([\w\s,]+);")
+_TURNED = "{0} = vec3({0}.x, -{0}.z, {0}.y); "  # from the world into a file whose vertical is z; the twin of maths/axes.py
 
 
 @dataclass(frozen=True)
@@ -97,11 +98,12 @@ def prepare(
     rest: Mapping[str, Any],
     start: Mapping[str, int] | None = None,
     prelude: str = "",
+    up: str = "y",
 ) -> Prepared:
     """Make the user's text ready; `rest` colours what `parts` leaves out. Raises GlslError with the user's file and line.
 
     `prelude` goes before it: a file prelude.glsl in `own_folder`, where it defines what the text misses. Globals without a
-    value begin at zero, or as `start` has it.
+    value begin at zero, or as `start` has it. `up` is the text's own vertical; the functions made are of the world, y up.
     """
     if "\0" in glsl or len(glsl) > _MAX_TEXT:
         raise GlslError(f"{file}: this is not GLSL text (a zero byte, or over {_MAX_TEXT:,} characters)")
@@ -132,10 +134,14 @@ def prepare(
         header.append("vec4 sdfprt_frag_color = vec4(0.0);")
         body = re.sub(r"\bgl_FragColor\b", "sdfprt_frag_color", body)
     body, zeroed = _zeroed_globals(body, start or {})
-    tail = f"\n#undef main\nfloat {ENTRY}(vec3 p) {{ {entry.locals} return {entry.value} - {offset!r}; }}\n"
+    turn = _TURNED.format("p") if up == "z" else ""
+    tail = f"\n#undef main\nfloat {ENTRY}(vec3 p) {{ {turn}{entry.locals} return {entry.value} - {offset!r}; }}\n"
     own = {name for name, function in _COLOURS.items() if re.search(function, bare)}
     parted = {name for name in KINDS if any(name in part for part in parts.values())}
     tail += "".join(part_function(name, entry, parts, rest, file) for name in sorted(parted - own))
+    if up == "z":
+        header += [f"#define {name} sdfprt_file_{name}" for name in sorted(own | parted)]
+        tail += "".join(_turned(name) for name in sorted(own | parted))
     notes += [f"[parts] gives {name}, and so does the file; the file's is taken" for name in sorted(parted & own)]
     added: dict[str, None] = {}
     while True:
@@ -148,7 +154,7 @@ def prepare(
             names = [n for pair in missing for n in pair if n]
             read, found = ("", []) if prelude else _prelude(own_folder, names)
             if found:
-                prepared = prepare(glsl, file, own_folder, defines, offset, parts, rest, start, read)
+                prepared = prepare(glsl, file, own_folder, defines, offset, parts, rest, start, read, up)
                 return replace(prepared, notes=(*prepared.notes, f"read {PRELUDE} beside the file for {', '.join(found)}"))
             new = [n for n in names if n in _HOST and n not in added]
             if not new:
@@ -164,6 +170,12 @@ def prepare(
         tuple(zeroed),
         tuple(name.strip() for found in _SAMPLER.findall(code_only(text)) for name in found.split(",")),
     )
+
+
+def _turned(name: str) -> str:
+    """The colour function `name` of the world, by the file's, whose vertical is z."""
+    turn = f"{_TURNED.format('p')}{_TURNED.format('n')}"
+    return f"#undef {name}\n{KINDS[name]} {name}(vec3 p, vec3 n) {{ {turn}return sdfprt_file_{name}(p, n); }}\n"
 
 
 def _prelude(own_folder: Path | None, missing: list[str]) -> tuple[str, list[str]]:

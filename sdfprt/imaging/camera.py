@@ -68,3 +68,16 @@ class Camera:
         right, up, forward = self.axes
         d = x[None, :, None] * right + y[:, None, None] * up + forward
         return np.asarray(self.eye, float), d / np.linalg.norm(d, axis=-1, keepdims=True)
+
+
+def trajectory(camera: Camera, count: int) -> list[Camera]:
+    """Views on one turn about the target's vertical, from the camera's own place, rising and sinking a little."""
+    radius = np.linalg.norm(np.subtract(camera.eye, camera.target))
+    views = []
+    for k in range(count):
+        turn = 2 * np.pi * k / count
+        way = np.subtract(camera.turned(turn).eye, camera.target)
+        way[1] += 0.15 * radius * np.sin(2 * turn)
+        eye = camera.target + way * radius / np.linalg.norm(way)
+        views.append(replace(camera, eye=tuple(eye.tolist())))
+    return views

@@ -25,7 +25,7 @@ from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
 from sdfprt.core.progress import track
 from sdfprt.imaging import image
-from sdfprt.imaging.camera import Camera
+from sdfprt.imaging.camera import Camera, trajectory
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Material, parts
 from sdfprt.material.lobes import name as material_name
@@ -33,7 +33,6 @@ from sdfprt.material.lobes import parse as parse_material
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering.frame import frame
 from sdfprt.sdf.scene import Scene
-from sdfprt.truth.report import trajectory
 
 FORMAT = "sdfprt-render-set-1"
 MANIFEST = "manifest.json"

@@ -10,9 +10,10 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from sdfprt.maths.box import UNIT, Box
 from sdfprt.sdf import measure
 from sdfprt.sdf.es import es_note
-from sdfprt.sdf.scene import UNIT, Box, Scene
+from sdfprt.sdf.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -151,8 +152,7 @@ def _read_before_written(scene: Scene) -> list[str]:
     points = np.random.default_rng(0).uniform(*scene.bounds, (512, 3)).astype(np.float32)
 
     def changed(names: tuple[str, ...]) -> bool:
-        other = replace(scene)
-        other.__dict__["prepared"] = scene.prepared_from(dict.fromkeys(names, 3))
+        other = replace(scene.compiled, start=dict.fromkeys(names, 3))
         return not np.array_equal(scene.distance(points), other.distance(points), equal_nan=True)
 
     if not p.zeroed or not changed(p.zeroed):

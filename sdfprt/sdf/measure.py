@@ -9,7 +9,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-Box = tuple[tuple[float, float, float], tuple[float, float, float]]
+from sdfprt.maths.box import Box, diagonal
+
 Distance = Callable[[ndarray], ndarray]
 GRID = 48  # samples along each side of a box
 _REACH = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)  # half sides of the boxes searched for a surface
@@ -34,10 +35,6 @@ def samples(distance: Distance, first: ndarray, cell: float, counts: ndarray) ->
         part = np.stack(np.meshgrid(z[begin : begin + layers], y, x, indexing="ij")[::-1], -1)
         values[begin : begin + layers] = distance(part.reshape(-1, 3).astype(np.float32)).reshape(part.shape[:3])
     return values
-
-
-def diagonal(box: Box) -> float:
-    return float(np.linalg.norm(np.subtract(*box)))
 
 
 def slope(distance: Distance, bounds: Box, samples: int = 20_000, seed: int = 0) -> float:

@@ -11,7 +11,7 @@ import html
 import io
 import time
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -59,19 +59,6 @@ class BandRow:
     psnr: float
     flip: float
     milliseconds: float
-
-
-def trajectory(camera: Camera, count: int) -> list[Camera]:
-    """Views on one turn about the target's vertical, from the camera's own place, rising and sinking a little."""
-    radius = np.linalg.norm(np.subtract(camera.eye, camera.target))
-    views = []
-    for k in range(count):
-        turn = 2 * np.pi * k / count
-        way = np.subtract(camera.turned(turn).eye, camera.target)
-        way[1] += 0.15 * radius * np.sin(2 * turn)
-        eye = camera.target + way * radius / np.linalg.norm(way)
-        views.append(replace(camera, eye=tuple(eye.tolist())))
-    return views
 
 
 def peak_of(picture: Float[ndarray, "h w 3"], mask: Bool[ndarray, "h w"]) -> float:

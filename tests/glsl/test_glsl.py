@@ -11,6 +11,7 @@ from opengl import agreement, in_slots, some_points
 from random_glsl import SLOT, batch
 
 from sdfprt.core.errors import SdfprtError
+from sdfprt.sdf.compiled import evaluate
 from sdfprt.sdf.scene import Scene
 
 CORPUS = sorted(Path(__file__).parent.glob("*.glsl"))
@@ -26,9 +27,7 @@ def distances(scenes: list[Scene], points: np.ndarray) -> np.ndarray:
         f"int which = (int)floorf(lane(z, 0) / {SLOT}f); z -= {SLOT}f * (which + 0.5f);",
         f"switch (which) {{ {' '.join(cases)} }} return x; }} }};",
     ]
-    joined = Scene(glsl="float sdf(vec3 p) { return p.x; }")
-    joined.__dict__["native"] = "\n".join(parts)  # in place of the cached translation
-    return joined.distance(in_slots(points, len(scenes))).reshape(len(scenes), -1)
+    return evaluate("\n".join(parts), in_slots(points, len(scenes))).reshape(len(scenes), -1)
 
 
 @pytest.fixture(autouse=True, scope="module")

@@ -1,18 +1,23 @@
 """A scene is loaded, measured where nothing is said, and its faults are named."""
 
+import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import warp as wp
 
+from sdfprt import Camera, Phong
 from sdfprt.core import kernels
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.resources import folder
 from sdfprt.sdf import measure
 from sdfprt.sdf.check import check
+from sdfprt.sdf.colour import colours
 from sdfprt.sdf.scene import Scene
 
+TEXELS = np.random.default_rng(0).random((4, 4, 3)).astype(np.float32)
 SPHERE = "float sdf(vec3 p) { return length(p) - 0.5; }"
 
 
@@ -164,9 +169,72 @@ def test_a_python_file_is_a_scene_alone_and_in_a_folder(tmp_path: Path) -> None:
 
 def test_a_python_scene_may_be_a_whole_scene_with_its_own_camera(tmp_path: Path) -> None:
     own = "scene = Scene(glsl='float sdf(vec3 p) { return length(p); }', camera=Camera(eye=(0, 0, 7), target=(0, 0, 0)), step=0.5)"
-    (tmp_path / "ball.py").write_text(f"from sdfprt import Scene\nfrom sdfprt.imaging.camera import Camera\n{own}\n")
+    (tmp_path / "ball.py").write_text(f"from sdfprt import Camera, Scene\n{own}\n")
     scene = Scene.load(tmp_path / "ball.py")
     assert (scene.name, scene.camera.eye, scene.step) == ("ball", (0, 0, 7), 0.5)
+
+
+def test_other_bounds_names_and_steps_compile_nothing_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = Scene(glsl=SPHERE, parts={}, textures={})
+    expected = scene.distance(points())
+
+    def refuse(*_: object, **__: object) -> None:
+        raise AssertionError("it compiles")
+
+    monkeypatch.setattr("sdfprt.sdf.compiled.prepare", refuse)
+    monkeypatch.setattr("sdfprt.sdf.compiled.Translator", refuse)
+    other = replace(scene, bounds=((-2, -2, -2), (2, 2, 2)), name="ball", step=0.5, material=Phong(), camera=Camera(eye=(0, 0, 9)))
+    np.testing.assert_array_equal(other.distance(points()), expected)
+    assert other.hash != scene.hash
+    with pytest.raises(AssertionError, match="compiles"):
+        replace(scene, defines={"A": 1})
+
+
+def test_a_scene_goes_through_a_pickle() -> None:
+    scene = Scene(glsl="uniform sampler2D art; float sdf(vec3 p) { return texture(art, p.xy).r; }", textures={"art": TEXELS})
+    again = pickle.loads(pickle.dumps(scene))
+    np.testing.assert_array_equal(again.distance(points()), scene.distance(points()))
+    assert again.hash == scene.hash and "art" in again.texels
+
+
+UPRIGHT = "float map(vec3 p) { return max(abs(p.y) - 0.8, length(p.xz - vec2(0.1, 0.3)) - 0.2); }"
+LYING = "float map(vec3 p) { return max(abs(p.z) - 0.8, length(p.xy - vec2(0.1, -0.3)) - 0.2); }"
+COLOURS = "vec3 albedo(vec3 p, vec3 n) {{ return 0.5 + 0.3 * vec3(p.x, p.{0}, n.{0}); }}"
+
+
+def test_a_file_with_z_up_is_turned_with_its_bounds_camera_and_colours(tmp_path: Path) -> None:
+    for name, text, up, high, eye in (("y", UPRIGHT, "y", (1, 2, 3), (4, 5, 6)), ("z", LYING, "z", (1, 4, 2), (4, -6, 5))):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "sdf.glsl").write_text(text + COLOURS.format(up))
+        low = [-1, -2, -4] if up == "y" else [-1, -3, -2]
+        (tmp_path / name / "scene.toml").write_text(
+            f'up = "{up}"\nbounds = [{low}, {list(high)}]\n[camera]\neye = {list(eye)}\ntarget = [0, 0, 0]\n'
+        )
+    y, z = Scene.load(tmp_path / "y"), Scene.load(tmp_path / "z")
+    assert (y.bounds, y.camera) == (z.bounds, z.camera) and y.bounds == ((-1, -2, -4), (1, 2, 3))
+    p = points()
+    np.testing.assert_allclose(z.distance(p), y.distance(p), rtol=0, atol=1e-6)
+    albedo = [np.asarray(colours(scene, p, y.normal(p))[0]) for scene in (y, z)]
+    np.testing.assert_allclose(albedo[1], albedo[0], rtol=0, atol=1e-6)
+    again = Scene.load(z.save(tmp_path / "again"))
+    assert (again.bounds, again.camera, again.up) == (z.bounds, z.camera, "z")
+    np.testing.assert_array_equal(again.distance(p), z.distance(p))
+
+
+def test_a_camera_whose_up_is_z_turns_the_world(tmp_path: Path) -> None:
+    (tmp_path / "sdf.glsl").write_text(LYING)
+    (tmp_path / "scene.toml").write_text("[camera]\neye = [4, -6, 5]\nup = [0, 0, 1]\n")
+    scene = Scene.load(tmp_path)
+    assert (scene.up, scene.camera.up, scene.camera.eye) == ("z", (0, 1, 0), (4, 5, 6))
+    assert Scene.load(tmp_path, up="y").up == "y"
+
+
+def test_what_a_call_gives_goes_before_the_folder(tmp_path: Path) -> None:
+    (tmp_path / "sdf.glsl").write_text("float sdf(vec3 p) { return length(p) - SIZE * SCALE; }")
+    (tmp_path / "scene.toml").write_text("step = 0.5\nbounds = [[-2, -2, -2], [2, 2, 2]]\n[defines]\nSIZE = 1\nSCALE = 2\n")
+    scene = Scene.load(tmp_path, bounds=((-3, -3, -3), (3, 3, 3)), defines={"SIZE": 0.25})
+    assert scene.bounds == ((-3, -3, -3), (3, 3, 3)) and scene.step == 0.5
+    assert scene.distance(np.zeros((1, 3), np.float32))[0] == -0.5
 
 
 def test_a_folder_with_glsl_runs_no_python(tmp_path: Path) -> None:

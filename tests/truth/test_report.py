@@ -6,7 +6,7 @@ import nets
 import numpy as np
 
 from sdfprt.baking.asset import Asset
-from sdfprt.imaging.camera import Camera
+from sdfprt.imaging.camera import Camera, trajectory
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, DiffusePhong, Phong
 from sdfprt.truth import report
@@ -30,7 +30,7 @@ def test_one_wrong_part_takes_the_whole_share():
 
 def test_a_trajectory_starts_at_the_camera_and_keeps_its_distance():
     camera = Camera(eye=(1.0, 2.0, 3.0), target=(0.0, 0.5, 0.0))
-    views = report.trajectory(camera, 30)
+    views = trajectory(camera, 30)
     np.testing.assert_allclose(views[0].eye, camera.eye)
     distances = [np.linalg.norm(np.subtract(v.eye, v.target)) for v in views]
     np.testing.assert_allclose(distances, distances[0])

@@ -18,7 +18,6 @@ from sdfprt.core import progress
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.settings import NeuralFit
 from sdfprt.mesh.distance import Mesh
-from sdfprt.sdf import measure
 from sdfprt.sdf.neural.write import Writer
 from sdfprt.sdf.scene import Scene
 
@@ -143,4 +142,4 @@ def fit_mesh(
     """A neural SDF of the mesh as a scene with its bounds; `step` is measured. `Scene.save` writes it to a folder."""
     net = fit_net(mesh, width, layers, steps, seed=seed)
     scene = Scene(glsl=net.glsl, bounds=mesh.bounds, name=name or mesh.name, title=f"{mesh.name}, a neural SDF")
-    return scene.with_step(measure.slope(scene.distance, scene.bounds))
+    return scene.with_measured_step()

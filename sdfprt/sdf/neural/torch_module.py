@@ -11,7 +11,7 @@ import copy
 import math
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,10 +22,10 @@ from torch.utils._python_dispatch import TorchDispatchMode
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.settings import FromTorch, GridFit
 from sdfprt.glsl.text import number
-from sdfprt.sdf import grid, measure
-from sdfprt.sdf.measure import Box
+from sdfprt.maths.box import Box, diagonal
+from sdfprt.sdf.compiled import Compiled
+from sdfprt.sdf.grid_samples import sample
 from sdfprt.sdf.neural.write import Value, Writer
-from sdfprt.sdf.scene import Scene
 
 _BATCH = 65_536  # points that the module sees at once
 
@@ -281,25 +281,25 @@ def evaluator(module: Callable[[torch.Tensor], torch.Tensor], name: str) -> Call
     return distance
 
 
-def make_scene(
+def read_module(
     module: Callable[[torch.Tensor], torch.Tensor],
     bounds: Box,
     name: str = "module",
     resolution: int = GridFit.resolution,
     weights: int = FromTorch.weights,
-) -> Scene:
-    """See Scene.from_torch."""
+) -> dict[str, Any]:
+    """The arguments of a Scene of the module; see Scene.from_torch."""
     training = isinstance(module, torch.nn.Module) and module.training
     if isinstance(module, torch.nn.Module):
         module.eval()
     try:
-        return _make(module, bounds, name, resolution, weights)
+        return _read(module, bounds, name, resolution, weights)
     finally:
         if isinstance(module, torch.nn.Module):
             module.train(training)
 
 
-def _make(module: Callable[[torch.Tensor], torch.Tensor], bounds: Box, name: str, resolution: int, weights: int) -> Scene:
+def _read(module: Callable[[torch.Tensor], torch.Tensor], bounds: Box, name: str, resolution: int, weights: int) -> dict[str, Any]:
     distance = evaluator(module, name)
     points = np.random.default_rng(0).uniform(bounds[0], bounds[1], (FromTorch.samples, 3)).astype(np.float32)
     truth = distance(points)
@@ -310,18 +310,21 @@ def _make(module: Callable[[torch.Tensor], torch.Tensor], bounds: Box, name: str
         glsl, size = to_glsl(module)
         if size > weights:
             raise NotGlsl(f"{size} weights, more than the {weights} that OpenGL compiles in sensible time")
-        scene = Scene(glsl=glsl, bounds=bounds, name=name, file=f"{name}.glsl")
-        error = float(np.abs(scene.distance(points) - truth).max())
+        compiled = Compiled(glsl, file=f"{name}.glsl")
+        error = float(np.abs(compiled.distance(points) - truth).max())
         if error > tolerance:
             raise NotGlsl(f"its GLSL is off by {error:.2g}; does it mix the points of a batch?")
     except NotGlsl as reason:
-        scene = grid.from_distance(distance, bounds, resolution, name, f"{name}, sampled on a grid")
-        errors = np.abs(scene.distance(points) - truth) / scene.diagonal
+        glsl, textures = sample(distance, bounds, resolution, name)
+        compiled = Compiled(glsl, textures=textures)
+        errors = np.abs(compiled.distance(points) - truth) / diagonal(bounds)
         near = errors[np.argsort(np.abs(truth))[: len(truth) // 20]]  # the twentieth next to the surface
         note = (
             f"{name}: not GLSL but a grid of {resolution} samples along the longest side ({reason}); "
             f"mean |error| {errors.mean():.2%} of the diagonal, near the surface {near.mean():.2%}, at most {errors.max():.2%}"
         )
         warnings.warn(note, stacklevel=4)
-        return replace(scene, notes=(note,))
-    return scene.with_step(measure.slope(scene.distance, scene.bounds))
+        own = {"title": f"{name}, sampled on a grid", "textures": textures, "notes": (note,)}
+    else:
+        own = {"file": f"{name}.glsl"}
+    return {"glsl": glsl, "bounds": bounds, "name": name, "compiled": compiled, **own}

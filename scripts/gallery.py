@@ -6,7 +6,7 @@ from pathlib import Path
 from PIL import Image
 
 from sdfprt.baking.sdf import bake
-from sdfprt.imaging import image
+from sdfprt.imaging import tone
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import DiffusePhong
 from sdfprt.rendering.frame import frame
@@ -33,7 +33,7 @@ for name in library():
     drawn = frame(
         scene, bake(scene), Light.load("sky_afternoon"), glossy, size=(SIDE, SIDE), samples=2, dering=True, background=True
     )
-    shown = image.srgb_encode(image.tone_map(drawn.rgb))
+    shown = tone.srgb_encode(tone.tone_map(drawn.rgb))
     Image.fromarray((shown * 255 + 0.5).astype("uint8")).save(path, quality=88)
     print(path)
 rows = ["<tr>" + "".join(cells[at : at + COLUMNS]) + "</tr>" for at in range(0, len(cells), COLUMNS)]

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from sdfprt.baking.sdf import bake
     from sdfprt.core.errors import GlslError, SdfprtError
     from sdfprt.export.page import export_html, export_shadertoy
-    from sdfprt.imaging import metrics
+    from sdfprt.imaging import image, metrics
     from sdfprt.imaging.camera import Camera
     from sdfprt.light.light import Light
     from sdfprt.material.lobes import Diffuse, DiffusePhong, Phong
@@ -44,6 +44,7 @@ __all__ = [
     "export_html",
     "export_shadertoy",
     "fit_transfer",
+    "image",
     "metrics",
     "reference",
     "render",
@@ -69,6 +70,7 @@ _HOME = {
     "export_html": "export.page",
     "export_shadertoy": "export.page",
     "fit_transfer": "network.fit",
+    "image": "imaging.image",
     "metrics": "imaging.metrics",
     "reference": "truth.path_tracing",
     "render": "rendering.frame",
@@ -76,7 +78,7 @@ _HOME = {
     "sample_surface": "sdf.surface",
     "sh": "maths.sh",
 }
-_MODULES = {"csg", "metrics", "sh"}  # public as modules; of the others, the module holds the thing of that name
+_MODULES = {"csg", "image", "metrics", "sh"}  # public as modules; of the others, the module holds the thing of that name
 
 
 def __getattr__(name: str) -> Any:

@@ -75,6 +75,17 @@ class Axis(StrEnum):
     z = "z"
 
 
+class Layout(StrEnum):
+    """What the picture of a light shows; see `Light.load`."""
+
+    auto = "auto"
+    latlong = "latlong"
+    cross = "cross"
+    strip_ = "strip"  # `strip` is a method of every text
+    ball = "ball"
+    angular = "angular"
+
+
 # Flags of one value that several verbs take
 SceneName = Annotated[str, typer.Argument(metavar="SCENE", help="A library name, a .glsl or .py file, or a scene folder.")]
 MeshFile = Annotated[Path, typer.Argument(metavar="MESH", help="A triangle mesh: .ply, .obj, .stl, .glb, .gltf or .off.")]
@@ -86,6 +97,9 @@ Exposure = Annotated[float, typer.Option("--exposure", help="Multiplies radiance
 Background = Annotated[Switch, typer.Option("--background", help="Show the light behind the scene.")]
 Dering = Annotated[Switch, typer.Option("--dering", help="Window the light's SH until it is nowhere negative.")]
 LightName = Annotated[str, typer.Option("--light", help="A library light, or an .exr, .hdr or .png file.")]
+LightLayout = Annotated[
+    Layout, typer.Option("--light-layout", help="What the light's picture shows; auto tells by its shape. ball: a mirrored one.")
+]
 Yaw = Annotated[float, typer.Option("--yaw", help="Turn the light about +y, degrees.")]
 Albedo = Annotated[str | None, typer.Option("--albedo", metavar="R,G,B", help="Diffuse reflectance.")]
 Specular = Annotated[str | None, typer.Option("--specular", metavar="R,G,B", help="Phong reflectance.")]
@@ -130,6 +144,7 @@ class Look:
     """Light, material and camera of a picture; what is None is the scene's own."""
 
     light: LightName = DEFAULT_LIGHT
+    light_layout: LightLayout = Layout.auto
     yaw: Yaw = 0.0
     material: Annotated[
         str | None, typer.Option("--material", help="diffuse, phong:S or diffuse+phong:S; default: the scene's own.")
@@ -142,7 +157,7 @@ class Look:
 
     def read_light(self) -> "Light":
         """As the file has it; `yaw` is left to the caller."""
-        return read_light(self.light)
+        return read_light(self.light, self.light_layout)
 
     def read_material(self, scene: "Scene") -> "Material":
         from sdfprt.material.lobes import parse
@@ -180,11 +195,11 @@ class Weights:
         return Asset.load(self.asset, scene=scene)
 
 
-def read_light(name: str) -> "Light":
+def read_light(name: str, layout: Layout) -> "Light":
     """A light by name or file; what is worth knowing of it goes to standard error."""
     from sdfprt.light.light import Light
 
-    light = Light.load(name)
+    light = Light.load(name, layout.value)
     for warning in light.warnings:
         print(f"sdfprt: {warning}", file=sys.stderr)
     return light

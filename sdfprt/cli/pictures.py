@@ -16,6 +16,8 @@ from sdfprt.cli.options import (
     Dering,
     Exposure,
     Kind,
+    Layout,
+    LightLayout,
     Look,
     Output,
     Reading,
@@ -29,6 +31,7 @@ from sdfprt.cli.options import (
     picture,
     pixels,
     read_colours,
+    read_light,
     verb,
 )
 from sdfprt.core import settings
@@ -82,6 +85,7 @@ def render_set(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the pictures and manifest.json.")],
     reading: Reading,
     light: Annotated[list[str] | None, typer.Option(help="As of `render`; several times for several lights.")] = None,
+    light_layout: LightLayout = Layout.auto,
     yaw: Annotated[list[float] | None, typer.Option(help="Degrees; several times for several.")] = None,
     views: Annotated[int, typer.Option(min=1, help="Cameras in a turn about each scene; the first is its own.")] = 1,
     material: Annotated[list[str] | None, typer.Option(help="As of `render`; several times for several.")] = None,
@@ -110,7 +114,7 @@ def render_set(
     entries = run(
         [reading.load(scene) for scene in scenes],
         output,
-        lights=light or (DEFAULT_LIGHT,),
+        lights=[read_light(name, light_layout) for name in light or (DEFAULT_LIGHT,)],
         yaws=yaw or (0.0,),
         views=views,
         materials=[parse(text, **colours) for text in material] if material else (None,),

@@ -12,6 +12,8 @@ from sdfprt.cli.options import (
     DEFAULT_SIZE,
     Background,
     Exposure,
+    Layout,
+    LightLayout,
     LightName,
     Look,
     Output,
@@ -91,6 +93,7 @@ def report(
     output: Annotated[Path, typer.Option("-o", "--output", help="OUT.html, one page with its pictures inside.")],
     reading: Reading,
     light: LightName = DEFAULT_LIGHT,
+    light_layout: LightLayout = Layout.auto,
     yaw: Yaw = 0.0,
     size: Size = "256x256",
     spp: Annotated[int, typer.Option(min=1, help="Light paths a pixel of the reference.")] = settings.Reference.spp,
@@ -103,7 +106,7 @@ def report(
     keep_apart({"-o": output}, [scene, light])
     resolution = pixels(size)
     loaded = reading.load(scene)
-    environment = read_light(light).rotated(yaw=yaw)
+    environment = read_light(light, light_layout).rotated(yaw=yaw)
     run(loaded, output, environment, camera=loaded.camera, size=resolution, spp=spp, rays=rays)
     print(output)
 

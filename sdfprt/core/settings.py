@@ -75,6 +75,12 @@ class Render:
 
 
 @dataclass(frozen=True)
+class Picture:
+    texels: int = 1 << 27  # of a picture that is read, at most: 16384 x 8192
+    unpacked: int = 2 << 30  # bytes of all channels and layers of a picture that is read, at most
+
+
+@dataclass(frozen=True)
 class Reference:
     spp: int = 256  # samples a pixel
     bounces: int = 0  # interreflections; 0 is direct light, what PRT models

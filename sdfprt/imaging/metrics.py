@@ -8,7 +8,7 @@ from numpy import ndarray
 
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
-from sdfprt.imaging import image
+from sdfprt.imaging import tone
 
 
 def _check(a: ndarray, b: ndarray, mask: ndarray | None) -> tuple[ndarray, ndarray]:
@@ -37,7 +37,7 @@ def compare(
     finite = np.asarray(np.isfinite(x).all(axis=2) & np.isfinite(y).all(axis=2))
     x, y = (np.where(finite[..., None], v, 0.0) for v in (x, y))
     if tone_mapped:
-        x, y = (image.srgb_encode(image.tone_map(v)).astype(float) for v in (x, y))
+        x, y = (tone.srgb_encode(tone.tone_map(v)).astype(float) for v in (x, y))
     use = finite if mask is None else finite & mask
     if not use.any():
         raise SdfprtError("compare: no pixel is left to compare (an empty mask, or nothing finite)")
@@ -68,7 +68,7 @@ def flip_map(a: ndarray, b: ndarray) -> Float[ndarray, "h w"]:
     """FLIP per pixel (Andersson et al. 2020) after the sRGB curve; `b` is the reference, values clipped to [0, 1]."""
     import flip_evaluator
 
-    encoded = [np.ascontiguousarray(image.srgb_encode(v), np.float32) for v in (b, a)]
+    encoded = [np.ascontiguousarray(tone.srgb_encode(v), np.float32) for v in (b, a)]
     error, _, _ = flip_evaluator.evaluate(encoded[0], encoded[1], "LDR", applyMagma=False)
     return np.asarray(error).reshape(a.shape[:2])
 
@@ -82,7 +82,7 @@ def write_heatmap(
 
     x, y = _check(a, b, mask)
     finite = np.asarray(np.isfinite(x).all(axis=2) & np.isfinite(y).all(axis=2))
-    error = flip_map(*(image.tone_map(np.where(finite[..., None], v, 0.0)) for v in (x, y)))
+    error = flip_map(*(tone.tone_map(np.where(finite[..., None], v, 0.0)) for v in (x, y)))
     shown = colormaps["magma"](np.clip(error, 0, 1))[..., :3]
     shown[~finite] = (0, 1, 0)
     if mask is not None:

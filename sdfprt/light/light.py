@@ -13,8 +13,11 @@ from numpy import ndarray
 
 from sdfprt.core.errors import SdfprtError
 from sdfprt.imaging import image
-from sdfprt.light import sky
+from sdfprt.light import probes, sky
 from sdfprt.maths import sh, sphere
+
+_CHUNK = 1 << 20  # texels at once
+_FINE = 64  # rows from which a map's texels are fine enough for its coefficients
 
 _LIBRARY: dict[str, tuple[str, Callable[[], ndarray]]] = {
     "sky_noon": ("clear sky, sun 65 degrees high", lambda: sky.clear_sky(65)),
@@ -41,29 +44,47 @@ class Light:
     warnings: tuple[str, ...] = ()
     _projected: dict[int, ndarray] = field(default_factory=dict, repr=False)
 
-    @classmethod
-    def load(cls, source: str | Path) -> Light:
-        """A library light by name, or an .exr, .hdr, .png file: lat-long, cube map or angular probe by its shape.
+    def __post_init__(self) -> None:
+        pixels, rotation = np.asarray(self.pixels), np.asarray(self.rotation)
+        if pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.dtype.kind != "f":
+            raise SdfprtError(f"light {self.name}: pixels are {pixels.dtype} {pixels.shape}; a map is float (H, W, 3)")
+        if not pixels.size:
+            raise SdfprtError(f"light {self.name}: a map of {pixels.shape[1]} x {pixels.shape[0]} texels lights nothing")
+        bad = sum(int((~np.isfinite(pixels[rows])).any(axis=2).sum()) for rows in _chunks(pixels))
+        if bad:
+            raise SdfprtError(f"light {self.name}: {bad} texels are NaN or infinite; mend the picture before lighting with it")
+        if rotation.shape != (3, 3) or not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-5):
+            raise SdfprtError(f"light {self.name}: rotation is no orthogonal 3x3 matrix")
 
-        Raises SdfprtError for a missing, truncated or foreign file, and for NaN or infinite texels.
+    @classmethod
+    def load(cls, source: str | Path, layout: str = "auto") -> Light:
+        """A library light by name, or an .exr, .hdr, .png or .jpg file.
+
+        `layout` says what the picture shows: latlong, cross or strip (of a cube's faces), ball (a mirrored one), angular; auto
+        tells by its shape. `warnings` hold what was assumed and mended. Raises SdfprtError for a missing, truncated or foreign
+        file, one that is too large, NaN or infinite texels, and a layout that does not fit the picture.
         """
         if str(source) in _LIBRARY:
+            if layout not in ("auto", "latlong"):
+                raise SdfprtError(f"{source}: the library's lights are lat-long maps, not {layout}")
             return cls(_generated(str(source)), str(source))
         path = Path(source)
         if not path.is_file():
             raise SdfprtError(f"{source}: no such light; there are {', '.join(_LIBRARY)}, or give an .exr, .hdr or .png file")
         picture = image.read(path)
-        rgb, warnings = picture.rgb, list(picture.warnings)
-        bad = int((~np.isfinite(rgb)).any(axis=2).sum())
+        rgb, warnings = np.asarray(picture.rgb, np.float32), list(picture.warnings)
+        parts = _chunks(rgb)
+        bad = sum(int((~np.isfinite(rgb[rows])).any(axis=2).sum()) for rows in parts)
         if bad:
             raise SdfprtError(f"{path}: {bad} texels are NaN or infinite; mend the picture before lighting with it")
-        negative = int((rgb < 0).any(axis=2).sum())
+        negative = sum(int((rgb[rows] < 0).any(axis=2).sum()) for rows in parts)
         if negative:
             warnings.append(f"{path.name}: {negative} texels are negative (lowest {rgb.min():.3g}); taken as 0")
-            rgb = np.maximum(rgb, 0)
+            np.maximum(rgb, 0, out=rgb)
         if path.suffix.lower() in (".png", ".jpg", ".jpeg"):
-            warnings.append(f"{path.name}: a picture of 8 bits has no sun; highlights will be too dim")
-        return cls(_to_latlong(np.asarray(rgb, np.float32), picture.envmap, path), path.stem, warnings=tuple(warnings))
+            warnings.append(f"{path.name}: a PNG or JPEG has nothing brighter than white, so no sun; highlights will be too dim")
+        pixels, notes = probes.to_latlong(rgb, picture.alpha, picture.envmap, layout, path)
+        return cls(pixels, path.stem, warnings=(*warnings, *notes))
 
     def rotated(self, yaw: float = 0.0, rotation: Float[ndarray, "3 3"] | None = None) -> Light:
         """Turned by `yaw` degrees about +y, right-handed, or by any rotation; on top of what it was turned before."""
@@ -75,7 +96,7 @@ class Light:
     def sh(self, bands: int) -> Float[ndarray, "k 3"]:
         """Coefficients, k = bands**2; the map is projected once, then coefficients are rotated."""
         if bands not in self._projected:
-            self._projected[bands] = sh.project(self.pixels, bands)
+            self._projected[bands] = _project(self.pixels, bands)
         if np.array_equal(self.rotation, np.eye(3)):
             return self._projected[bands].copy()
         return sh.rotation(self.rotation, bands) @ self._projected[bands]
@@ -101,9 +122,10 @@ class Light:
         A texel's weight is the largest luminance that bilinear lookup can show in it, times its solid angle.
         """
         height, width = self.pixels.shape[:2]
-        luminance = self.pixels @ np.array([0.2126, 0.7152, 0.0722])
-        padded = np.pad(np.pad(luminance, ((1, 1), (0, 0)), "edge"), ((0, 0), (1, 1)), "wrap")
-        around = np.max([padded[i : i + height, j : j + width] for i in range(3) for j in range(3)], axis=0)
+        around = np.empty((height, width))
+        for rows in _chunks(self.pixels):
+            around[rows] = self.pixels[rows] @ np.array([0.2126, 0.7152, 0.0722])
+        around = _largest_of_three(_largest_of_three(around, 0), 1)
         weights = around * sphere.latlong_solid_angles(height, width)
         weights = weights + 1e-4 * weights.sum() / weights.size + 1e-12
         columns = np.cumsum(weights, axis=1)
@@ -111,82 +133,39 @@ class Light:
         return rows / rows[-1], columns / columns[:, -1:]
 
 
-@functools.cache
-def _generated(name: str) -> ndarray:
-    return _LIBRARY[name][1]()
+def _chunks(pixels: ndarray) -> list[slice]:
+    """Rows of a map, some at a time, so that what is made of them stays small beside it."""
+    step = max(1, _CHUNK // max(pixels.shape[1], 1))
+    return [slice(first, first + step) for first in range(0, len(pixels), step)]
 
 
-# Faces of a cube: the direction of the face's centre, of its columns to the right, of its rows downwards
-_FACES = {
-    "+x": ((1, 0, 0), (0, 0, -1), (0, -1, 0)), "-x": ((-1, 0, 0), (0, 0, 1), (0, -1, 0)),
-    "+y": ((0, 1, 0), (1, 0, 0), (0, 0, 1)), "-y": ((0, -1, 0), (1, 0, 0), (0, 0, -1)),
-    "+z": ((0, 0, 1), (1, 0, 0), (0, -1, 0)), "-z": ((0, 0, -1), (-1, 0, 0), (0, -1, 0)),
-}  # fmt: skip
-# OpenEXR's cube: six faces below each other, seen from inside (OpenEXR, ImfEnvmap: CubeMap::faceAndPixelPosition)
-_EXR_FACES = {
-    "+x": ((1, 0, 0), (0, 1, 0), (0, 0, -1)), "-x": ((-1, 0, 0), (0, 1, 0), (0, 0, 1)),
-    "+y": ((0, 1, 0), (1, 0, 0), (0, 0, -1)), "-y": ((0, -1, 0), (1, 0, 0), (0, 0, 1)),
-    "+z": ((0, 0, 1), (-1, 0, 0), (0, -1, 0)), "-z": ((0, 0, -1), (1, 0, 0), (0, -1, 0)),
-}  # fmt: skip
+def _project(pixels: Float[ndarray, "h w 3"], bands: int) -> Float[ndarray, "k 3"]:
+    """Coefficients of what `radiance` gives, which is bilinear: few texels are refined first. A constant has the first one only."""
+    height, width = pixels.shape[:2]
+    if height >= _FINE and width >= 2 * _FINE:
+        return sh.project(pixels, bands)
+    rows, columns = (size * -(-wanted // size) for size, wanted in ((height, 2 * _FINE), (width, 4 * _FINE)))
+    fine = sphere.latlong_lookup(pixels.astype(np.float64), sphere.latlong_directions(rows, columns))
+    mean = (fine * sphere.latlong_solid_angles(rows, columns)[..., None]).sum(axis=(0, 1)) / (4 * np.pi)
+    found = sh.project(fine - mean, bands)
+    found[0] += mean * np.sqrt(4 * np.pi)
+    return found
 
 
-def _to_latlong(rgb: ndarray, envmap: str, path: Path) -> ndarray:
-    """Whatever the picture's shape says it is, as a lat-long map."""
-    height, width = rgb.shape[:2]
-    if envmap == "cube" or height == 6 * width:
-        side = width
-        faces = {name: rgb[k * side : (k + 1) * side] for k, name in enumerate(_EXR_FACES)}
-        return _from_cube(faces, _EXR_FACES if envmap == "cube" else _FACES)
-    if width == 6 * height:
-        faces = {name: rgb[:, k * height : (k + 1) * height] for k, name in enumerate(_FACES)}
-        return _from_cube(faces, _FACES)
-    if width * 3 == height * 4:  # horizontal cross
-        s = height // 3
-        at = {"+y": (0, 1), "-x": (1, 0), "+z": (1, 1), "+x": (1, 2), "-z": (1, 3), "-y": (2, 1)}
-        return _from_cube({k: rgb[r * s : (r + 1) * s, c * s : (c + 1) * s] for k, (r, c) in at.items()}, _FACES)
-    if width * 4 == height * 3:  # vertical cross: the face behind stands upside down below
-        s = height // 4
-        at = {"+y": (0, 1), "-x": (1, 0), "+z": (1, 1), "+x": (1, 2), "-y": (2, 1), "-z": (3, 1)}
-        faces = {k: rgb[r * s : (r + 1) * s, c * s : (c + 1) * s] for k, (r, c) in at.items()}
-        faces["-z"] = faces["-z"][::-1, ::-1]
-        return _from_cube(faces, _FACES)
-    if width == height and envmap != "latlong" and path.suffix.lower() in (".hdr", ".pic"):
-        return _from_probe(rgb)
-    return rgb
-
-
-def _from_cube(faces: dict[str, ndarray], axes: dict) -> ndarray:
-    side = faces["+x"].shape[0]
-    directions = sphere.latlong_directions(2 * side, 4 * side)
-    major = np.argmax(np.abs(directions), axis=-1)
-    out = np.zeros(directions.shape, np.float32)
-    for name, (face, right, down) in axes.items():
-        axis = "xyz".index(name[1])
-        chosen = (major == axis) & ((directions[..., axis] > 0) == (name[0] == "+"))
-        d = directions[chosen]
-        depth = d @ np.asarray(face, float)
-        x = (d @ np.asarray(right, float) / depth + 1) / 2 * side - 0.5
-        y = (d @ np.asarray(down, float) / depth + 1) / 2 * side - 0.5
-        out[chosen] = _bilinear(faces[name], x, y)
+def _largest_of_three(values: Float[ndarray, "h w"], axis: int) -> Float[ndarray, "h w"]:
+    """Of each texel and its two neighbours, up and down (axis 0), or left and right around the map (axis 1)."""
+    out = values.copy()
+    if axis == 0:
+        np.maximum(out[1:], values[:-1], out=out[1:])
+        np.maximum(out[:-1], values[1:], out=out[:-1])
+        return out
+    for here, there in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
+        np.maximum(out[:, here], values[:, there], out=out[:, here])
+    for edge, other in ((0, -1), (-1, 0)):
+        np.maximum(out[:, edge], values[:, other], out=out[:, edge])
     return out
 
 
-def _from_probe(rgb: ndarray) -> ndarray:
-    """An angular map: the centre looks along +z (forwards), the rim backwards (Debevec 1998)."""
-    side = rgb.shape[0]
-    d = sphere.latlong_directions(side // 2, side)
-    r = np.arccos(np.clip(d[..., 2], -1, 1)) / np.pi / np.maximum(np.hypot(d[..., 0], d[..., 1]), 1e-9)
-    x = (1 - d[..., 0] * r) / 2 * side - 0.5  # +x is to the left, as in the lat-long map
-    y = (1 - d[..., 1] * r) / 2 * side - 0.5
-    return _bilinear(rgb, x, y).astype(np.float32)
-
-
-def _bilinear(pixels: ndarray, x: ndarray, y: ndarray) -> ndarray:
-    height, width = pixels.shape[:2]
-    x, y = np.clip(x, 0, width - 1), np.clip(y, 0, height - 1)
-    x0, y0 = np.floor(x).astype(int), np.floor(y).astype(int)
-    x1, y1 = np.minimum(x0 + 1, width - 1), np.minimum(y0 + 1, height - 1)
-    fx, fy = (x - x0)[..., None], (y - y0)[..., None]
-    top = pixels[y0, x0] * (1 - fx) + pixels[y0, x1] * fx
-    low = pixels[y1, x0] * (1 - fx) + pixels[y1, x1] * fx
-    return top * (1 - fy) + low * fy
+@functools.cache
+def _generated(name: str) -> ndarray:
+    return _LIBRARY[name][1]()

@@ -51,14 +51,31 @@ def basis(d: Float[Any, "*n 3"], bands: int) -> Float[Any, "*n k"]:
 
 
 def project(latlong: Float[ndarray, "h w c"], bands: int) -> Float[ndarray, "k c"]:
-    """Coefficients of a lat-long map, each texel weighed by its exact solid angle."""
-    latlong = np.asarray(latlong, np.float64)
-    height, width = latlong.shape[:2]
-    weights = np.broadcast_to(sphere.latlong_solid_angles(height, width), (height, width))
-    total = np.zeros((bands * bands, latlong.shape[2]))
-    for row, direction in enumerate(sphere.latlong_directions(height, width)):
-        total += basis(direction, bands).T @ (latlong[row] * weights[row, :, None])
-    return total
+    """Coefficients of a lat-long map, each texel weighed by its exact solid angle.
+
+    About the map's own pole, +y, a basis function is one of the row times cos or sin of m times the azimuth: rows are summed
+    first. The coefficients then turn to the polar axis z.
+    """
+    height, width, colours = latlong.shape
+    azimuth = sphere.latlong_azimuth(width)
+    order = np.arange(bands)
+    waves = np.concatenate([np.cos(order[:, None] * azimuth), np.sin(order[:, None] * azimuth)])
+    sums = np.empty((height, 2 * bands, colours))
+    step = max(1, (1 << 20) // width)
+    for first in range(0, height, step):
+        sums[first : first + step] = waves @ np.asarray(latlong[first : first + step], np.float64)
+
+    # Functions of a row: their values at the azimuth 0, where cos is 1, for both signs of m
+    polar = (np.arange(height) + 0.5) * pi / height
+    rows = basis(np.stack([np.sin(polar), np.zeros(height), np.cos(polar)], -1), bands) * sphere.latlong_solid_angles(height, width)
+    about_pole = np.empty((bands * bands, colours))
+    for degree in range(bands):
+        for m in range(-degree, degree + 1):
+            at = degree * (degree + 1)
+            about_pole[at + m] = rows[:, at + abs(m)] @ sums[:, abs(m) + (bands if m < 0 else 0)]
+
+    # The pole's frame has its x, y, z along z, x, y
+    return rotation(np.eye(3)[[1, 2, 0]], bands) @ about_pole
 
 
 @functools.cache

@@ -8,13 +8,18 @@ from jaxtyping import Float
 from numpy import ndarray
 
 
-def latlong_directions(height: int, width: int) -> Float[ndarray, "h w 3"]:
-    """Unit direction of every texel centre."""
-    polar = (np.arange(height) + 0.5) * np.pi / height
-    azimuth = (0.5 - (np.arange(width) + 0.5) / width) * 2 * np.pi  # atan2(x, z)
+def latlong_directions(height: int, width: int, rows: slice = slice(None)) -> Float[ndarray, "h w 3"]:
+    """Unit direction of every texel centre, or of those in some rows."""
+    polar = (np.arange(height)[rows] + 0.5) * np.pi / height
+    azimuth = latlong_azimuth(width)
     s = np.sin(polar)[:, None]
-    y = np.broadcast_to(np.cos(polar)[:, None], (height, width))
+    y = np.broadcast_to(np.cos(polar)[:, None], (len(polar), width))
     return np.stack([s * np.sin(azimuth), y, s * np.cos(azimuth)], axis=-1)
+
+
+def latlong_azimuth(width: int) -> Float[ndarray, "w"]:
+    """atan2(x, z) of every column, radians."""
+    return (0.5 - (np.arange(width) + 0.5) / width) * 2 * np.pi
 
 
 def latlong_uv(directions: Float[ndarray, "*n 3"]) -> Float[ndarray, "*n 2"]:

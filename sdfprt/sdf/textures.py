@@ -12,7 +12,7 @@ from numpy import ndarray
 from safetensors import SafetensorError, safe_open
 
 from sdfprt.core.errors import SdfprtError
-from sdfprt.imaging import image
+from sdfprt.imaging import image, tone
 
 _PICTURES = (".png", ".jpg", ".jpeg", ".exr", ".hdr")
 _NOISE = 256  # texels a side
@@ -74,7 +74,7 @@ def load(path: Path, name: str) -> ndarray:
         except (SafetensorError, OSError) as error:
             raise SdfprtError(f"{path}: no readable texture ({error})") from None
     found = image.read(path)
-    stored = found.rgb if path.suffix.lower() in (".exr", ".hdr") else image.srgb_encode(found.rgb)
+    stored = found.rgb if path.suffix.lower() in (".exr", ".hdr") else tone.srgb_encode(found.rgb)
     parts = [stored] if found.alpha is None else [stored, found.alpha[..., None]]
     return np.concatenate(parts, axis=-1).astype(np.float32)
 

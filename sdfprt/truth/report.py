@@ -21,7 +21,7 @@ from numpy import ndarray
 from sdfprt.baking.sdf import bake
 from sdfprt.core import settings
 from sdfprt.core.files import atomic_write
-from sdfprt.imaging import image, metrics
+from sdfprt.imaging import metrics, tone
 from sdfprt.imaging.camera import Camera
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, Material, Phong, name
@@ -147,8 +147,8 @@ def _gallery(title: str, pictures: dict[str, ndarray], mask: ndarray) -> str:
     truth = next(iter(pictures.values()))
     cells = []
     for caption, picture in pictures.items():
-        shown = image.srgb_encode(image.tone_map(picture))
-        error = metrics.flip_map(image.tone_map(picture), image.tone_map(truth))
+        shown = tone.srgb_encode(tone.tone_map(picture))
+        error = metrics.flip_map(tone.tone_map(picture), tone.tone_map(truth))
         heat = colormaps["magma"](np.clip(error, 0, 1))[..., :3]
         numbers = f"{measure(picture, truth, mask)['psnr']:.1f} dB, FLIP {error[mask].mean():.3f}" if picture is not truth else ""
         cells.append(f"<figure>{_png(shown)}{_png(heat)}<figcaption>{html.escape(caption)}<br>{numbers}</figcaption></figure>")

@@ -12,7 +12,7 @@ from sdfprt import Camera, DiffusePhong, GlslError, Light, Phong, Scene, SdfprtE
 from sdfprt.core.opengl import context
 from sdfprt.export import page
 from sdfprt.export.page import export_html, export_shadertoy
-from sdfprt.imaging import image
+from sdfprt.imaging import tone
 from sdfprt.material.lobes import Diffuse, Material
 from sdfprt.rendering.frame import frame
 
@@ -29,7 +29,7 @@ def _psnr(a: np.ndarray, b: np.ndarray) -> float:
 def _drawn(light: Light, material: Material, exposure: float = 1.0, background: bool = True, **options) -> np.ndarray:
     """A PNG of `render`, 0 to 1."""
     picture = frame(SCENE, NET, light, material, size=SIZE, dering=True, background=background, **options)
-    return image.srgb_encode(image.tone_map(picture.rgb, exposure))
+    return tone.srgb_encode(tone.tone_map(picture.rgb, exposure))
 
 
 @pytest.fixture(scope="module")
@@ -108,7 +108,7 @@ def test_a_shipped_scene_looks_in_the_browser_as_render_draws_it(browser, tmp_pa
     scene = Scene.load("fish")
     page = _open(browser, tmp_path / "fish.html", export_html(scene, bake(scene), SKY, size=(96, 96)))
     picture = frame(scene, bake(scene), SKY, size=(96, 96), dering=True, background=True)
-    assert _psnr(_canvas(page), image.srgb_encode(image.tone_map(picture.rgb))) > 35
+    assert _psnr(_canvas(page), tone.srgb_encode(tone.tone_map(picture.rgb))) > 35
     page.close()
 
 
@@ -124,7 +124,7 @@ def _bumpy() -> Scene:
 def test_a_scenes_textures_are_in_the_page(browser, tmp_path):
     page = _open(browser, tmp_path / "page.html", export_html(_bumpy(), NET, SKY, size=SIZE))
     picture = frame(_bumpy(), NET, SKY, size=SIZE, dering=True, background=True)
-    assert _psnr(_canvas(page), image.srgb_encode(image.tone_map(picture.rgb))) > 40
+    assert _psnr(_canvas(page), tone.srgb_encode(tone.tone_map(picture.rgb))) > 40
     page.close()
 
 
@@ -192,7 +192,7 @@ def test_behind_shadertoys_scene_is_the_light_of_its_sh():
     from sdfprt.maths import sh
 
     expected = np.maximum(sh.basis(directions.reshape(-1, 3), 4) @ SKY.sh(4), 0).reshape(*directions.shape)
-    assert _psnr(_toy(text, SIZE), image.srgb_encode(image.tone_map(expected))) > 60
+    assert _psnr(_toy(text, SIZE), tone.srgb_encode(tone.tone_map(expected))) > 60
 
 
 @pytest.mark.parametrize("name", ["old_car", "mike_monster", "menger", "teapot", "chess"])
@@ -239,7 +239,7 @@ def test_a_scene_that_es_does_not_take_is_written_anew():
     text = export_shadertoy(scene, NET, SKY, Diffuse(), background=False)
     assert "Written anew" in text
     picture = frame(scene, NET, SKY, Diffuse(), size=SIZE, dering=True)
-    assert _psnr(_toy(text, SIZE), image.srgb_encode(image.tone_map(picture.rgb))) > 45
+    assert _psnr(_toy(text, SIZE), tone.srgb_encode(tone.tone_map(picture.rgb))) > 45
     export_html(scene, NET, SKY)
 
 

@@ -15,7 +15,7 @@ import pytest
 from sdfprt import Camera, DiffusePhong, Light, Phong, Scene, SdfprtError
 from sdfprt.core.opengl import context
 from sdfprt.export.window import Look, Painter, view
-from sdfprt.imaging import image
+from sdfprt.imaging import tone
 from sdfprt.material.lobes import Diffuse
 from sdfprt.rendering.frame import frame
 
@@ -86,7 +86,7 @@ def test_the_window_shows_what_render_draws(material):
     look = replace(LOOK, material=material, light=1, yaw=25.0, exposure=0.7)
     got = _painted(SCENE, look, choices)
     drawn = frame(SCENE, NET, choices[1].rotated(yaw=25), material, look.camera, SIZE, dering=True, background=True)
-    expected = image.srgb_encode(image.tone_map(drawn.rgb, 0.7))
+    expected = tone.srgb_encode(tone.tone_map(drawn.rgb, 0.7))
     assert 10 * np.log10(1 / ((got - expected) ** 2).mean()) > 50
 
 
@@ -96,7 +96,7 @@ def test_the_window_reads_the_scenes_textures():
     scene = Scene(glsl=glsl, textures={"bumps": values}, step=0.6)
     got = _painted(scene, Look(scene.camera, Diffuse()), [Light.load("studio")])
     drawn = frame(scene, NET, Light.load("studio"), Diffuse(), size=SIZE, dering=True, background=True)
-    assert 10 * np.log10(1 / ((got - image.srgb_encode(image.tone_map(drawn.rgb))) ** 2).mean()) > 50
+    assert 10 * np.log10(1 / ((got - tone.srgb_encode(tone.tone_map(drawn.rgb))) ** 2).mean()) > 50
 
 
 def test_without_a_display_one_line_says_what_to_do(monkeypatch):

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from sdfprt.cli.main import app
 from sdfprt.core.errors import SdfprtError
-from sdfprt.imaging import image, metrics
+from sdfprt.imaging import image, metrics, tone
 
 RNG = np.random.default_rng(0)
 A = RNG.random((40, 50, 3)).astype(np.float32)
@@ -32,14 +32,14 @@ def test_figures_are_those_of_scikit_image():
 
 
 def test_tone_mapped_figures_are_those_of_the_pngs():
-    shown = [image.srgb_encode(image.tone_map(v)) for v in (A, B)]
+    shown = [tone.srgb_encode(tone.tone_map(v)) for v in (A, B)]
     assert metrics.compare(A, B, tone_mapped=True)["psnr"] == pytest.approx(
         peak_signal_noise_ratio(shown[1], shown[0], data_range=1)
     )
 
 
 def test_flip_is_the_evaluator_s_mean():
-    golden, ours = (image.srgb_encode(v / B.max()).astype(np.float32) for v in (B, A))
+    golden, ours = (tone.srgb_encode(v / B.max()).astype(np.float32) for v in (B, A))
     _, mean, _ = flip_evaluator.evaluate(golden, ours, "LDR")
     assert metrics.compare(A, B)["flip"] == pytest.approx(mean, abs=1e-5)
 

@@ -11,6 +11,9 @@ class Compile:
     seconds: int = 60  # at most, for the GLSL compiler and one text
     memory: int = 1 << 30  # bytes that it may have
     output: int = 16 << 20  # bytes that it may write
+    text: int = 2_000_000  # letters of a scene and all that it includes
+    files: int = 1000  # that it includes
+    depth: int = 100  # of files that include each other
 
 
 @dataclass(frozen=True)

@@ -187,7 +187,7 @@ def explain(output: str, text: str, file: str) -> str:
         found = re.match(r"ERROR: (?:[^:]*:)?(\d+): (.*)", line)
         if not found:
             continue
-        message = found[2]
+        message = found[2].removeprefix("'#error' : ").rstrip()
         if "compilation terminated" in message:
             continue
         unknown = re.match(r"'(\w+)' : (no matching overloaded function found|undeclared identifier)", message)

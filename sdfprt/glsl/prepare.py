@@ -7,17 +7,18 @@ from pathlib import Path
 from typing import Any
 
 from sdfprt.core.errors import GlslError
+from sdfprt.core.settings import Compile
 from sdfprt.glsl.compile import compile_glsl, preprocessed
+from sdfprt.glsl.directives import plain
 from sdfprt.glsl.entry import find_entry, without_mains
-from sdfprt.glsl.include import definitions, expand_includes
+from sdfprt.glsl.include import definitions, expand_includes, read_text
 from sdfprt.glsl.parts import KINDS, Parts, part_function
 from sdfprt.glsl.scanner import BUILT_IN_TYPE, PRECISIONS, code_only, declarations, edited, macros
 
 VERSION = "#version 430\n"
 ENTRY = "sdfprt_distance"
 PRELUDE = "prelude.glsl"
-_FAR = 9_000_000  # lines of the prelude are counted from here
-_MAX_TEXT = 2_000_000
+_PRELUDE_FILE = 1100  # number of the prelude, beyond those of the files that a scene includes
 
 CHANNELS = tuple(f"iChannel{k}" for k in range(4))  # pictures that Shadertoy's user chooses
 # What authors' viewers define for them; added only where the compiler misses the name
@@ -79,15 +80,6 @@ _RESERVED = (
 _AS_NAME = re.compile(rf"\b({'|'.join(_RESERVED)})\b(?=\s*[^\w\s])")
 
 
-def _plain(text: str) -> str:
-    """ASCII with \\n and plain spaces: the compilers read no more, and comments need no more."""
-    text = re.sub("[\ufeff\u200b-\u200d\u2060]", "", text).replace("\r\n", "\n").replace("\r", "\n")
-    text = re.sub(r"[^\S\n]|[\x01-\x08\x0e-\x1f\x7f]", " ", text)
-    for escape, letter in (("&lt;", "<"), ("&gt;", ">"), ("&amp;", "&")):  # pasted from a page's source
-        text = text.replace(escape, letter)
-    return re.sub(r"[^\x00-\x7f]", "?", text)
-
-
 def prepare(
     glsl: str,
     file: str,
@@ -105,10 +97,10 @@ def prepare(
     `prelude` goes before it: a file prelude.glsl in `own_folder`, where it defines what the text misses. Globals without a
     value begin at zero, or as `start` has it. `up` is the text's own vertical; the functions made are of the world, y up.
     """
-    if "\0" in glsl or len(glsl) > _MAX_TEXT:
-        raise GlslError(f"{file}: this is not GLSL text (a zero byte, or over {_MAX_TEXT:,} characters)")
-    expanded, renamed = expand_includes(_plain(glsl), file, own_folder)
-    body = _plain(f"#line {_FAR + 1}\n{prelude}\n#line 1\n{expanded}" if prelude else expanded)
+    if "\0" in glsl or len(glsl) > Compile.text:
+        raise GlslError(f"{file}: this is not GLSL text (a zero byte, or over {Compile.text:,} characters)")
+    expanded, renamed = expand_includes(plain(glsl), file, own_folder)
+    body = f"{prelude}\n#line 1\n{expanded}" if prelude else expanded
     body = re.sub(r"^[ \t]*#[ \t]*(version|extension|pragma)\b[^\n]*$", "", body, flags=re.M)
     body = re.sub(r"\bprecision\s+(?:highp|mediump|lowp)\s+\w+\s*;", "", body)
     body = _AS_NAME.sub(r"sdfprt_\1", body)
@@ -158,7 +150,7 @@ def prepare(
                 return replace(prepared, notes=(*prepared.notes, f"read {PRELUDE} beside the file for {', '.join(found)}"))
             new = [n for n in names if n in _HOST and n not in added]
             if not new:
-                raise GlslError(_placed(str(error), file)) from None
+                raise
             added.update(dict.fromkeys(new))
     notes += [f"'{name}' is not declared in the file; added as its host defines it" for name in added]
     return Prepared(
@@ -183,14 +175,11 @@ def _prelude(own_folder: Path | None, missing: list[str]) -> tuple[str, list[str
     path = own_folder / PRELUDE if own_folder else None
     if path is None or not path.is_file():
         return "", []
-    text, _ = expand_includes(_plain(path.read_text(errors="replace")), PRELUDE, own_folder)
+    if not path.resolve().is_relative_to(path.parent.resolve()):
+        raise GlslError(f"{PRELUDE}: it is a link that leads out of the scene's folder")
+    text, _ = expand_includes(plain(read_text(path, PRELUDE)), PRELUDE, own_folder, first=_PRELUDE_FILE)
     defined = {name for name, _ in definitions(text)} | macros(text)
     return text, [name for name in dict.fromkeys(missing) if name in defined]
-
-
-def _placed(message: str, file: str) -> str:
-    """Lines of the prelude under its own name."""
-    return re.sub(rf"{re.escape(file)}:({_FAR // 10**6}\d{{6}})\b", lambda m: f"{PRELUDE}:{int(m[1]) - _FAR}", message)
 
 
 def _define(name: str, value: float, file: str) -> str:

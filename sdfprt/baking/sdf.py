@@ -93,6 +93,11 @@ def _samples(
             for part in parts:
                 stages.trace_ahead(client, scene, drawn, part, traced, bands, seed)
     train, validation = (stages.samples(scene, drawn, part, traced, bands, seed) for part in parts)
+    if not (train[2].any() and validation[2].any()):
+        raise SdfprtError(
+            f"{scene.file}: no point of the surface sees anything: is the sign of the SDF turned round, negative outside? "
+            "An inside out field needs its sign changed"
+        )
     return traced.name, train, validation
 
 

@@ -39,11 +39,12 @@ def device() -> str:
 
     Raises SdfprtError for another name, and for a CUDA device that Warp does not find.
     """
-    name = os.environ.get(DEVICE, "cpu")
+    name = os.environ.get(DEVICE) or "cpu"
     if name not in ("cpu", "scalar"):
         try:
             if not re.fullmatch(r"cuda(:\d+)?", name):
                 raise ValueError("there are cpu, cuda, cuda:1 …, and scalar")
+            _start()
             wp.get_device(name)
         except Exception as error:
             raise SdfprtError(f"{DEVICE}={name}: {error}") from None
@@ -76,7 +77,25 @@ def zeros(count: int) -> wp.array:
 
 
 def _place() -> str:
+    _start()
     return device().replace("scalar", "cpu")
+
+
+@functools.cache
+def _start() -> None:
+    """Start Warp without the line that its library writes past Python to standard error where there is no CUDA driver."""
+    try:
+        kept = os.dup(2)
+    except OSError:  # standard error is closed
+        wp.init()
+        return
+    with open(os.devnull, "wb") as nothing:
+        os.dup2(nothing.fileno(), 2)
+    try:
+        wp.init()
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
 
 
 @functools.cache

@@ -18,8 +18,8 @@ from numpy import ndarray
 
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
+from sdfprt.network.stored import FORMAT, MAX_BYTES, check_tensors, checksum, parse_header
 
-FORMAT = "sdfprt-transfer-1"
 SLOPE = 0.01
 
 
@@ -90,8 +90,10 @@ class TransferNet:
         """Write a safetensors file, whole or not at all; `metadata` is added to the JSON in its header."""
         from safetensors.numpy import save_file
 
+        tensors = self.tensors()
+        header = {**self.metadata(), **metadata, "checksum": checksum(tensors)}
         with atomic_write(path) as temporary:
-            save_file(self.tensors(), str(temporary), {"sdfprt": json.dumps({**self.metadata(), **metadata})})
+            save_file(tensors, str(temporary), {"sdfprt": json.dumps(header, allow_nan=False)})
 
     @classmethod
     def load(cls, path: str | Path) -> TransferNet:
@@ -100,32 +102,35 @@ class TransferNet:
 
 
 def read(path: str | Path) -> tuple[TransferNet, dict]:
-    """The network in a file, and all its metadata. Raises SdfprtError for a missing, truncated or foreign file."""
+    """The network in a file, and all its metadata. Raises SdfprtError for a missing, truncated, changed or foreign file."""
     from safetensors import SafetensorError, safe_open
 
-    if not Path(path).is_file():
-        raise SdfprtError(f"{path}: no such file; `sdfprt bake SCENE -o FILE` makes one")
+    path = Path(path)
+    if not path.is_file():
+        what = "not a file" if path.exists() else "no such file"
+        raise SdfprtError(f"{path}: {what}; `sdfprt bake SCENE -o FILE` makes one")
+    if path.stat().st_size > MAX_BYTES:
+        raise SdfprtError(f"{path}: {path.stat().st_size >> 20} MB are no network; at most {MAX_BYTES >> 20} MB are read")
     try:
         with safe_open(str(path), "numpy") as file:
-            header = (file.metadata() or {}).get("sdfprt")
+            text = (file.metadata() or {}).get("sdfprt")
+            if text is None:
+                raise SdfprtError(f"{path}: a safetensors file, but not of sdfprt; `sdfprt bake SCENE -o FILE` makes one")
+            header = parse_header(text)
             tensors = {name: file.get_tensor(name) for name in file.keys()}
-        if header is None:
-            raise SdfprtError(f"{path}: a safetensors file, but not of sdfprt; `sdfprt bake SCENE -o FILE` makes one")
-        meta = json.loads(header)
-        if meta.get("format") != FORMAT:
-            raise SdfprtError(f"{path}: format {meta.get('format')}, expected {FORMAT}")
-        count = sum(name.startswith("weight") for name in tensors)
-        weights = [(tensors[f"weight{k}"].astype(np.float32), tensors[f"bias{k}"]) for k in range(count)]
-        net = TransferNet(
-            weights,
-            tensors["scale"],
-            tuple(meta["center"]),
-            meta["extent"],
-            meta["position_frequencies"],
-            meta["normal_frequencies"],
-            meta["bands"],
-            meta["info"],
-        )
-    except (SafetensorError, KeyError, json.JSONDecodeError, OSError) as error:
+        layers = check_tensors(tensors, header)
+    except (SafetensorError, ValueError, TypeError, OSError) as error:
         raise SdfprtError(f"{path}: not a readable asset, or cut short ({error}); delete it and bake again") from None
+    meta = json.loads(text)
+    weights = [(tensors[f"weight{k}"].astype(np.float32), tensors[f"bias{k}"].astype(np.float32)) for k in range(layers)]
+    net = TransferNet(
+        weights,
+        tensors["scale"].astype(np.float32),
+        header.center,
+        header.extent,
+        header.position_frequencies,
+        header.normal_frequencies,
+        header.bands,
+        meta.get("info", {}),
+    )
     return net, meta

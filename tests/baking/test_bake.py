@@ -168,3 +168,8 @@ def test_a_target_that_no_size_reaches_is_told(small, monkeypatch):
 def test_a_bake_without_samples_is_refused(small):
     with pytest.raises(SdfprtError, match="points 0"):
         sdfprt.bake(small, points=0)
+
+
+def test_a_field_that_is_inside_out_is_called_so(small):
+    with pytest.raises(SdfprtError, match="inside out"):
+        sdfprt.bake(Scene(glsl="float sdf(vec3 p) { return 0.5 - length(p); }"), **SMALL)

@@ -1,0 +1,123 @@
+"""What the file of a network holds: the one schema of its metadata, the sizes of its tensors, a checksum.
+
+A file may come from anywhere, so nothing in it is believed: each fault is one line, before anything is computed with it.
+"""
+
+import hashlib
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy import ndarray
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+FORMAT = "sdfprt-transfer-1"
+MAX_BYTES = 256 << 20  # of a file: ten times the largest network that a bake makes
+_MAX_WIDTH, _MAX_LAYERS, _MAX_OCTAVES, _MAX_BANDS = 4096, 32, 20, 8
+
+Coordinate = Annotated[float, Field(ge=-1e12, le=1e12)]
+Octaves = Annotated[int, Field(ge=0, le=_MAX_OCTAVES)]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
+
+
+class SizeRow(_Strict):
+    """One size of network that a search for a target tried, and what it reached (dB)."""
+
+    width: int
+    layers: int
+    position_frequencies: int
+    normal_frequencies: int
+    weights: int
+    validation_psnr: float
+    view_psnr: float
+
+
+class Info(BaseModel):
+    """How the network was fitted; a file may say more than is known here."""
+
+    model_config = ConfigDict(strict=True, extra="allow", allow_inf_nan=False, frozen=True)
+    samples: int | None = None
+    steps: int | None = None
+    batch: int | None = None
+    seed: int | None = None
+    points: int | None = None
+    rays: int | None = None
+    validation_rmse: float | None = None
+    validation_psnr: float | None = None
+    target_psnr: float | None = None
+    target_reached: bool | None = None
+    curve: list[SizeRow] | None = None
+
+
+class Header(_Strict):
+    """The JSON in a file's header; `center` and `extent` in scene units map the scene into [-1, 1]^3."""
+
+    format: Literal["sdfprt-transfer-1"]
+    center: tuple[Coordinate, Coordinate, Coordinate]
+    extent: Annotated[float, Field(ge=1e-12, le=1e12)]
+    position_frequencies: Octaves
+    normal_frequencies: Octaves
+    bands: Annotated[int, Field(ge=1, le=_MAX_BANDS)]
+    info: Info = Info()
+    scene_hash: str = ""
+    checksum: str = ""  # of the tensors; files of earlier versions have none
+
+    @property
+    def inputs(self) -> int:
+        """Features of a point and a normal."""
+        return 6 + 6 * (self.position_frequencies + self.normal_frequencies)
+
+
+def parse_header(text: str) -> Header:
+    """The metadata. Raises ValueError, whose text says which field is wrong and how."""
+    try:
+        return Header.model_validate_json(text)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        place = ".".join(map(str, first["loc"])) or "metadata"
+        raise ValueError(f"{place}: {first['msg']}") from None
+
+
+def check_tensors(tensors: Mapping[str, ndarray], header: Header) -> int:
+    """The number of layers. Raises ValueError for tensors that do not fit together, are not finite or have another checksum."""
+    layers = sum(name.startswith("weight") for name in tensors)
+    if not 2 <= layers <= _MAX_LAYERS:
+        raise ValueError(f"{layers} layers; a network has 2 to {_MAX_LAYERS}")
+    expected = {f"{kind}{k}" for kind in ("weight", "bias") for k in range(layers)} | {"scale"}
+    if tensors.keys() != expected:
+        raise ValueError(f"tensors {', '.join(sorted(tensors.keys() ^ expected))} are missing or too many")
+
+    first = tensors["weight0"]
+    width = first.shape[0] if first.ndim == 2 else 0
+    if not 1 <= width <= _MAX_WIDTH:
+        raise ValueError(f"weight0 has the shape {first.shape}; layers have 1 to {_MAX_WIDTH} neurons")
+    outputs = header.bands**2
+    sizes = [header.inputs, *[width] * (layers - 1), outputs]
+    shapes = {"scale": (outputs,)}
+    for k, (before, after) in enumerate(pairwise(sizes)):
+        shapes |= {f"weight{k}": (after, before), f"bias{k}": (after,)}
+    for name, shape in shapes.items():
+        values = tensors[name]
+        if values.shape != shape:
+            raise ValueError(f"{name} has the shape {values.shape}, and its metadata ask for {shape}")
+        if values.dtype not in (np.float16, np.float32):
+            raise ValueError(f"{name} holds {values.dtype}; float16 and float32 are known")
+        if not np.isfinite(values).all():
+            raise ValueError(f"{name} holds NaN or Inf")
+    if header.checksum and header.checksum != checksum(tensors):
+        raise ValueError("the checksum is another; the file was changed or damaged")
+    return layers
+
+
+def checksum(tensors: Mapping[str, ndarray]) -> str:
+    """SHA-256 of the tensors with their names, types and shapes."""
+    total = hashlib.sha256()
+    for name in sorted(tensors):
+        values = np.ascontiguousarray(tensors[name])
+        total.update(f"{name} {values.dtype} {values.shape}\n".encode())
+        total.update(values.tobytes())
+    return total.hexdigest()

@@ -26,6 +26,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -122,7 +123,7 @@ def pictures(backend: str) -> Iterator[tuple[str, Callable[[], Any]]]:
 def write_reference() -> None:
     """What the CPU and Mesa's CPU driver give, as half floats where eight bits of accuracy are far below the tolerance."""
     from sdfprt import sample_surface
-    from sdfprt.imaging.image import atomic_write
+    from sdfprt.core.files import atomic_write
 
     kept: dict[str, ndarray] = {}
     for name, scene in scenes().items():
@@ -180,7 +181,7 @@ def inventory() -> list[bench.Row]:
     say("Warp", warp_build)
     say("OpenGL", opengl)
     say("OpenGL to torch", interop)
-    say("triton", lambda: importlib.import_module("triton").__version__)
+    say("Triton", lambda: version("triton"))
     return rows
 
 

@@ -138,7 +138,7 @@ def main() -> None:
                     row[name]["equal to glsl, dB"] = value
             rows.append(row)
             print(json.dumps(row), flush=True)
-    driver = backends.context().info["GL_RENDERER"] if backends.has_opengl() else "no OpenGL"
+    driver = backends.driver() if backends.has_opengl() else "no OpenGL"
     scene = f"{args.scene} {args.material}, l={args.layers}, {args.size}x{args.size}"
     line = bench.setting(scene, driver, f"torch on {torch_backend.device()}")
     body = "Frames a second.\n\n" + bench.table([line_of(row) for row in rows])

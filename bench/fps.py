@@ -21,12 +21,13 @@ import numpy as np
 from sdfprt.baking.asset import Asset
 from sdfprt.baking.sdf import bake
 from sdfprt.core import settings
+from sdfprt.core.opengl import context, driver, in_render_thread, read
 from sdfprt.glsl.text import blocks, fours, number, vector
 from sdfprt.light import light as lights
 from sdfprt.material.lobes import Diffuse, Material, Phong
 from sdfprt.network.mlp import TransferNet
-from sdfprt.rendering import frame as render
-from sdfprt.rendering import pieces
+from sdfprt.rendering import pieces, programs, uniforms
+from sdfprt.rendering.backends import frame
 from sdfprt.sdf.scene import Scene
 
 PAPER = {  # RTX 3090, 1024x1024: width -> diffuse, glossy
@@ -111,24 +112,27 @@ def literal(scene: Scene, net: TransferNet, light: lights.Light, material: Mater
     )
     names = "#define albedo sdfprt_users_albedo\n#define exponent sdfprt_users_exponent\n"
     text = "\n".join([ours, pieces.renamed(ours, users), names, users, wrapper])
-    context, state = render.context(), []
+    state = []
 
+    @in_render_thread
     def draw() -> np.ndarray:
+        gl = context()
         if not state:
-            program = context.program(vertex_shader=f"#version 430\n{pieces.piece('vertex')}", fragment_shader=text)
-            target = context.texture(size, 4, dtype="f4")
-            state.extend((program, context.vertex_array(program, []), target, context.framebuffer([target])))
+            program = gl.program(vertex_shader=f"#version 430\n{pieces.piece('vertex')}", fragment_shader=text)
+            target = gl.texture(size, 4, dtype="f4")
+            state.extend((program, gl.vertex_array(program, []), target, gl.framebuffer([target])))
         program, triangle, target, buffer = state
-        render.give(program, **pieces.scene_uniforms(scene))
-        held = render.set_light(program, variant, net.bands, light.sh(net.bands))
-        render.set_material(program, scene, material)
-        render.set_camera(program, scene.camera, (0, 0, *size))
+        given = pieces.scene_uniforms(scene)
+        uniforms.set_uniforms(program, given, **given)
+        held = uniforms.set_light(program, variant, net.bands, light.sh(net.bands))
+        uniforms.set_material(program, scene, material)
+        uniforms.set_camera(program, scene.camera, (0, 0, *size))
         buffer.use()
-        context.disable(moderngl.DEPTH_TEST)
+        gl.disable(moderngl.DEPTH_TEST)
         triangle.render(moderngl.TRIANGLES, vertices=3)
         for thing in held:
             thing.release()
-        return render.read(target)
+        return read(target)
 
     return draw
 
@@ -137,9 +141,9 @@ def measure(name: str, width: int, material: Material, size: tuple[int, int], tu
     scene = Scene.load(name)
     asset: Asset = bake(scene, width=width)
     light = lights.Light.load("studio")
-    render.renderer.cache_clear()
-    runs: list[Callable] = [lambda: render.frame(scene, asset, light, material, size=size)]
-    runs.append(lambda: render.frame(scene, asset, light, material, size=size, fixed_light=False))
+    programs.programs.cache_clear()
+    runs: list[Callable] = [lambda: frame(scene, asset, light, material, size=size)]
+    runs.append(lambda: frame(scene, asset, light, material, size=size, product="tp"))
     if with_literal:
         runs.append(literal(scene, asset.net, light, material, size))
     first = [bench.seconds(run) for run in runs]
@@ -199,7 +203,7 @@ def main() -> None:
     ratios = [row["ratio"] for row in rows if "ratio" in row]
     first = ("scene", "k", "material", "ratio")
     ordered = [{key: row[key] for key in (*(k for k in first if k in row), *(k for k in row if k not in first))} for row in rows]
-    line = bench.setting(f"{args.size}x{args.size}", render.context().info["GL_RENDERER"])
+    line = bench.setting(f"{args.size}x{args.size}", driver())
     verdict = f"Ratio to the literal shader: median {np.median(ratios):.2f}, least {min(ratios):.2f}.\n\n" if ratios else ""
     text = bench.save(args.output, "fps", "Frames a second", line, verdict + bench.table(ordered), {"rows": rows})
     _plot(rows, args.output / "fps.png")

@@ -260,7 +260,7 @@ def compare_pictures() -> list[bench.Row]:
 def frames_of(scene: Any, asset: Any, material: Any, size: int, backend: str) -> bench.Row:
     """First frame, then frames a second of the whole call, and of the card's own time where OpenGL draws."""
     from sdfprt import Light
-    from sdfprt.core.opengl import context
+    from sdfprt.core.opengl import context, in_render_thread
     from sdfprt.rendering.backends import frame
 
     light = Light.load("studio")
@@ -273,13 +273,15 @@ def frames_of(scene: Any, asset: Any, material: Any, size: int, backend: str) ->
     row = {"first frame, s": first, "FPS, whole call": 1 / float(np.median(seconds))}
     with contextlib.suppress(Exception):
         if backend == "glsl":
-            spent = []
-            for _ in range(3 if rehearsed() else 25):
+
+            @in_render_thread
+            def spent() -> float:
                 query = context().query(time=True)
                 with query:
                     draw()
-                spent.append(query.elapsed * 1e-9)
-            row["FPS, card's time"] = 1 / float(np.median(spent))
+                return query.elapsed * 1e-9
+
+            row["FPS, card's time"] = 1 / float(np.median([spent() for _ in range(3 if rehearsed() else 25)]))
     return row
 
 

@@ -22,13 +22,14 @@ import warp as wp
 
 from sdfprt.baking.sdf import bake
 from sdfprt.core.errors import SdfprtError
-from sdfprt.core.opengl import context
+from sdfprt.core.opengl import context, driver, in_render_thread
 from sdfprt.imaging import image, metrics
 from sdfprt.imaging.camera import Camera
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, Phong
 from sdfprt.mesh import distance as meshes
-from sdfprt.rendering.frame import frame, trace_tile
+from sdfprt.rendering.backends import frame
+from sdfprt.rendering.frame import trace_tile
 from sdfprt.sdf import fidelity, grid
 from sdfprt.sdf.neural.fit import fit_mesh
 from sdfprt.sdf.scene import Scene
@@ -125,7 +126,7 @@ def surfaces(mesh: meshes.Mesh, sizes: list[str], resolution: int, steps: int, c
         found = fidelity.compare(scene, mesh)
         start = time.perf_counter()
         trace_tile(scene, camera, (0, 0, 64, 64), (64, 64))  # drivers compile at the first draw
-        context().finish()
+        in_render_thread(context().finish)()
         name = size if size.startswith("grid") else "k{} l{}".format(*size.split("x"))
         rows.append(
             {
@@ -227,7 +228,7 @@ def main() -> None:
     cases = measure(rows, args, camera)
     for row in rows:
         del row["scene"]
-    parts = f"mesh {mesh.name}", f"{args.size}x{args.size}", "sky_afternoon", context().info["GL_RENDERER"]
+    parts = f"mesh {mesh.name}", f"{args.size}x{args.size}", "sky_afternoon", driver()
     line = bench.setting(*parts, *(["preview bakes"] if args.preview else []))
     text = bench.save(
         args.output, "neural", "Neural SDF under learnt transfer", line, body(rows, cases), {"surfaces": rows, "pictures": cases}

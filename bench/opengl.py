@@ -1,19 +1,20 @@
 """What OpenGL says: a scene's distance at many points, by a fragment shader on the machine's driver.
 
-On the renderer's context: of two in a process, the one made last would draw for both.
+On the renderer's context, in its thread.
 """
 
 import moderngl
 import numpy as np
 from random_glsl import SLOT
 
-from sdfprt.core.opengl import context
-from sdfprt.rendering.frame import scene_texture
+from sdfprt.core.opengl import context, in_render_thread
+from sdfprt.rendering.targets import scene_texture
 from sdfprt.sdf.scene import Scene
 
 POINTS = 1024  # a file, a program; a multiple of the lanes
 
 
+@in_render_thread
 def distance(scene: Scene, points: np.ndarray) -> np.ndarray:
     """(N,) distances at (N, 3) points, by the GLSL itself."""
     ctx = context()

@@ -23,7 +23,7 @@ from sdfprt.imaging import metrics
 from sdfprt.imaging.camera import trajectory
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, Material, Phong
-from sdfprt.rendering.frame import frame
+from sdfprt.rendering.backends import frame
 from sdfprt.sdf import scene
 from sdfprt.sdf.folder import library
 from sdfprt.truth import exact, report

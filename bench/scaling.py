@@ -76,7 +76,7 @@ def spheres(count: int) -> Scene:
 def frame(scene: Scene, net: TransferNet, side: int, material: str = "phong:32") -> Run:
     from sdfprt.light.light import Light
     from sdfprt.material.lobes import parse
-    from sdfprt.rendering.frame import frame as run
+    from sdfprt.rendering.backends import frame as run
 
     light = Light.load("overcast")
     return lambda: run(scene, net, light, parse(material), size=(side, side))
@@ -178,7 +178,7 @@ def memory(which: str) -> float:
 
 def one(name: str, x: int, turns: int) -> dict[str, float]:
     """Measure a point in this process."""
-    import sdfprt.rendering.frame
+    import sdfprt.rendering.backends
     import sdfprt.sdf.surface
     import sdfprt.transfer.compute
 

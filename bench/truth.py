@@ -19,7 +19,7 @@ import numpy as np
 from sdfprt.baking.sdf import bake
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, Phong
-from sdfprt.rendering.frame import frame
+from sdfprt.rendering.backends import frame
 from sdfprt.sdf import scene, surface, trace
 from sdfprt.sdf.folder import library
 from sdfprt.truth import exact

@@ -9,7 +9,7 @@ from sdfprt.baking.sdf import bake
 from sdfprt.imaging import tone
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import DiffusePhong
-from sdfprt.rendering.frame import frame
+from sdfprt.rendering.backends import frame
 from sdfprt.sdf.folder import library
 from sdfprt.sdf.scene import Scene
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from sdfprt.maths import sh
     from sdfprt.network.fit import fit_transfer
     from sdfprt.network.mlp import TransferNet
-    from sdfprt.rendering.frame import render
+    from sdfprt.rendering.backends import render
     from sdfprt.rendering.sets import render_set
     from sdfprt.sdf.scene import Scene
     from sdfprt.sdf.surface import sample_surface
@@ -73,7 +73,7 @@ _HOME = {
     "image": "imaging.image",
     "metrics": "imaging.metrics",
     "reference": "truth.path_tracing",
-    "render": "rendering.frame",
+    "render": "rendering.backends",
     "render_set": "rendering.sets",
     "sample_surface": "sdf.surface",
     "sh": "maths.sh",

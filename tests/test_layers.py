@@ -11,9 +11,9 @@ ROOT = Path(__file__).parent.parent
 STAGES = (
     "core",
     "maths",
+    "material",
     "imaging",
     "light",
-    "material",
     "glsl",
     "mesh",
     "sdf",

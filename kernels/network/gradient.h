@@ -1,4 +1,5 @@
-// Gradient of the squared error of a network (sdfprt/network.py) over part `item` of a batch, for its matrices and biases.
+// Gradient of the squared error of a network over part `item` of a batch, for its matrices and biases; the forward pass in it is the
+// twin of `forward` in sdfprt/network/mlp.py.
 // TILE samples at a time pass through all layers and back, so that all stays in cache.
 const int TILE = 64, MOST = 32;
 const int* size = sizes.data;  // of the features, then the neurons of each layer

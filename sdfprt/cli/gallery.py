@@ -10,7 +10,7 @@ from sdfprt.core.progress import track
 from sdfprt.imaging import image
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import DiffusePhong
-from sdfprt.rendering.frame import frame
+from sdfprt.rendering.backends import frame
 from sdfprt.sdf.scene import Scene
 
 SCENES = ("old_car", "mike_monster", "fish", "rabbit")

@@ -68,6 +68,13 @@ class Kind(StrEnum):
     png = "png"
 
 
+class Product(StrEnum):
+    """The product of light and transfer."""
+
+    tpfl = "tpfl"
+    tp = "tp"
+
+
 class Axis(StrEnum):
     """The axis that points up."""
 
@@ -171,6 +178,31 @@ class Look:
     def read_camera(self, scene: "Scene") -> "Camera":
         places = {name: triple(text, f"--{name}") for name in ("eye", "target") if (text := getattr(self, name)) is not None}
         return replace(scene.camera, **places, **({} if self.fov is None else {"fov": self.fov}))
+
+
+@dataclass(frozen=True)
+class Joining:
+    """How light is joined with transfer: imaging.shot.Lighting."""
+
+    dering: Dering = Switch.auto
+    product: Annotated[
+        Product, typer.Option("--product", help="tpfl: the light fixed in one matrix a frame; tp: the whole triple product.")
+    ] = Product.tpfl
+    light_bands: Annotated[
+        int | None, typer.Option("--light-bands", min=1, max=10, help="SH bands of the light; default: those of transfer.")
+    ] = None
+    result_bands: Annotated[
+        int | None, typer.Option("--result-bands", min=1, max=10, help="SH bands of what is reflected; default: those of transfer.")
+    ] = None
+
+    def options(self, for_eyes: bool) -> dict[str, Any]:
+        """Fields of imaging.shot.Lighting, as a picture for the eye or a measurement has them."""
+        return {
+            "dering": self.dering.decided(for_eyes),
+            "product": self.product.value,
+            "light_bands": self.light_bands,
+            "result_bands": self.result_bands,
+        }
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from sdfprt.cli.options import (
     Backend,
     Background,
     Cluster,
-    Dering,
     Exposure,
+    Joining,
     Kind,
     Layout,
     LightLayout,
@@ -45,12 +45,12 @@ def render(
     reading: Reading,
     weights: Weights,
     look: Look,
+    joining: Joining,
     size: Size = DEFAULT_SIZE,
     samples: Samples = settings.Render.samples,
     exposure: Exposure = settings.Render.exposure,
-    dering: Dering = Switch.auto,
     background: Background = Switch.auto,
-    backend: Annotated[Backend, typer.Option("--backend", help="auto: by measured cost; warp needs no OpenGL.")] = Backend.glsl,
+    backend: Annotated[Backend, typer.Option("--backend", help="auto: by measured cost; warp needs no OpenGL.")] = Backend.auto,
 ) -> None:
     """Render with learnt transfer; bakes first where no asset exists."""
     from sdfprt.imaging.image import write
@@ -69,9 +69,9 @@ def render(
         camera=camera,
         size=resolution,
         samples=samples,
-        dering=dering.decided(for_eyes),
         background=background.decided(for_eyes),
         backend=backend.value,
+        **joining.options(for_eyes),
     )
     if found.dering > 0:
         print(f"sdfprt: light windowed against ringing, strength {found.dering:.3g}", file=sys.stderr)

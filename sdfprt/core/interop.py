@@ -13,7 +13,7 @@ import moderngl
 import torch
 
 from sdfprt.core.errors import SdfprtError
-from sdfprt.core.opengl import context, read
+from sdfprt.core.opengl import in_render_thread, read, vendor
 
 _TEXTURE_2D = 0x0DE1  # GL_TEXTURE_2D
 _READ_ONLY = 1  # cudaGraphicsRegisterFlagsReadOnly
@@ -28,21 +28,23 @@ class HostPlanes:
     def __init__(self, device: str = "cpu") -> None:
         self.device = device
 
+    @in_render_thread
     def planes(self, textures: Sequence[moderngl.Texture]) -> torch.Tensor:
         """(t, h, w, 4) float32 of t textures of one size, row 0 on top."""
         return torch.stack([torch.from_numpy(read(texture).copy()) for texture in textures]).to(self.device)
 
-    def release(self) -> None:
+    def forget(self, textures: Sequence[moderngl.Texture]) -> None:
         """Nothing is held."""
 
 
 class CudaPlanes:
-    """Textures are mapped into CUDA and copied there; each is registered once and kept until `release`."""
+    """Textures are mapped into CUDA and copied there; each is registered once and kept until `forget`."""
 
     def __init__(self, runtime: Any, device: str = "cuda") -> None:
         self.runtime, self.device = runtime, device
         self._resources: dict[int, ctypes.c_void_p] = {}
 
+    @in_render_thread
     def planes(self, textures: Sequence[moderngl.Texture]) -> torch.Tensor:
         """As HostPlanes.planes, on the device. Raises SdfprtError where CUDA refuses, with nothing left mapped."""
         width, height = textures[0].size
@@ -61,10 +63,11 @@ class CudaPlanes:
                 self._call("cudaGraphicsUnmapResources", 1, ctypes.byref(resource), None)
         return out
 
-    def release(self) -> None:
-        """Give the textures back; before they are released."""
-        while self._resources:
-            self._call("cudaGraphicsUnregisterResource", self._resources.popitem()[1])
+    def forget(self, textures: Sequence[moderngl.Texture]) -> None:
+        """Give the textures back; before they are released, since OpenGL gives their names again."""
+        for texture in textures:
+            if (resource := self._resources.pop(texture.glo, None)) is not None:
+                self._call("cudaGraphicsUnregisterResource", resource)
 
     def _registered(self, name: int) -> ctypes.c_void_p:
         if name not in self._resources:
@@ -86,9 +89,15 @@ def planes() -> HostPlanes | CudaPlanes:
     if not torch.cuda.is_available():
         return HostPlanes()
     torch.cuda.init()
-    for name in _LIBRARIES if "NVIDIA" in context().info["GL_VENDOR"] else ():
+    for name in _LIBRARIES if "NVIDIA" in vendor() else ():
         try:
             return CudaPlanes(ctypes.CDLL(name))
         except OSError:
             continue
     return HostPlanes("cuda")
+
+
+def forget(textures: Sequence[moderngl.Texture]) -> None:
+    """Before textures are released: whoever maps them lets them go."""
+    if planes.cache_info().currsize:
+        planes().forget(textures)

@@ -10,6 +10,8 @@ import functools
 import hashlib
 import os
 import re
+import sys
+import threading
 import weakref
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, no_type_check
@@ -32,6 +34,18 @@ DEVICE = "SDFPRT_DEVICE"
 # double the time to compile, for the same speed.
 _FLAGS = "-march=native -fno-vectorize -fno-slp-vectorize"
 THREADS = min(os.cpu_count() or 1, 16)
+_building = threading.RLock()  # Warp compiles and loads for one thread at a time
+
+
+def _after_fork() -> None:
+    """In a forked child no thread lives on that may hold the lock, nor those that torch's OpenMP would wait for."""
+    global _building
+    _building = threading.RLock()
+    if (torch := sys.modules.get("torch")) is not None:
+        torch.set_num_threads(1)
+
+
+os.register_at_fork(after_in_child=_after_fork)
 
 
 def device() -> str:
@@ -114,7 +128,8 @@ def build(scene: str, pieces: tuple[str, ...], arguments: dict[str, Any], fused:
     """
     if fused and scene:
         raise SdfprtError("a kernel that holds a scene may not fuse products and sums: the field would be another one in it")
-    return _kernel(device(), scene, pieces, tuple(arguments.items()), fused, lanes)
+    with _building:
+        return _kernel(device(), scene, pieces, tuple(arguments.items()), fused, lanes)
 
 
 def texture(values: ndarray) -> str:
@@ -172,7 +187,8 @@ def _kernel(where: str, scene: str, pieces: tuple[str, ...], arguments: tuple, f
 def launch(kernel, count: int, arguments: list) -> None:
     """Run items 0 … count - 1; on the CPU by all threads, since Warp releases Python's lock while it runs."""
     place = _place()
-    wp.load_module(kernel.module, device=place)
+    with _building:
+        wp.load_module(kernel.module, device=place)
     arguments = [*arguments, *(_textures[place, name] for name in getattr(kernel, "textures", ()))]
     if place != "cpu" or count < 2 * THREADS:
         wp.launch(kernel, dim=count, inputs=[*arguments, 0], device=place)

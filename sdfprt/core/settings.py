@@ -72,6 +72,7 @@ class Render:
     width: int = 512
     height: int = 512
     samples: int = 1  # n x n in each pixel
+    product: str = "tpfl"  # light fixed in one matrix a frame, or tp: the whole triple product in each fragment
     exposure: float = 1.0  # PNG only, multiplies radiance before the tone curve
     constant_after: int = 2_000_000  # samples lit by a network until, on a CPU, its weights become constants: seconds to compile
     constant_most: int = 50_000  # weights that do

@@ -42,6 +42,7 @@ from sdfprt.rendering.pieces import (
     tau_text,
     weights_texture,
 )
+from sdfprt.rendering.units import Unit
 from sdfprt.sdf.es import VERSION, es_source
 from sdfprt.sdf.scene import Scene
 from sdfprt.sdf.textures import Texels
@@ -105,6 +106,7 @@ def export_html(
         "weights": {"size": [weights.shape[1], weights.shape[0]], "data": _packed(weights.tobytes())},
         "textures": {name: _texture(texels) for name, texels in scene.texels.items()},
         "tau": [k, i, j, tau[i, j, k]],
+        "units": {"weights": Unit.WEIGHTS, "environment": Unit.ENVIRONMENT, "scene": Unit.SCENE},
         "tilt": tilt,
         "lights": [_light(each, net.bands, dering) for each in chosen],
     }

@@ -18,8 +18,11 @@ from sdfprt.imaging.camera import Camera
 from sdfprt.light.light import Light, lights
 from sdfprt.material.lobes import Diffuse, DiffusePhong, Material, Phong, parts
 from sdfprt.network.mlp import TransferNet
-from sdfprt.rendering.frame import TEXTURES, environment_texture, give, network_of, network_texture, scene_texture, set_light
+from sdfprt.rendering.frame import network_of
 from sdfprt.rendering.pieces import VERSION, Variant, lobes_of, network_uniforms, picture_uniforms, piece, scene_uniforms
+from sdfprt.rendering.targets import environment_texture, network_texture, scene_texture
+from sdfprt.rendering.uniforms import set_light, set_uniforms
+from sdfprt.rendering.units import SAMPLERS, Unit, scene_samplers
 from sdfprt.sdf.scene import Scene
 
 KEYS = """drag  turn the camera      scroll  closer, farther      R  as at the start
@@ -108,8 +111,9 @@ class Painter:
         program, triangle = self.programs[lobes]
         light = self.choices[look.light].rotated(yaw=look.yaw)
         buffers = set_light(program, variant, self.net.bands, light.sh_dered(self.net.bands)[0])
-        give(
+        set_uniforms(
             program,
+            ("baseColour", "baseExponent", "specular"),  # by the material's lobes, and where the scene gives its own
             **picture_uniforms(look.material),
             eye=look.camera.eye,
             axes=look.camera.plane(size[0] / size[1]) * [[1], [-1], [1]],  # OpenGL's first row is the lowest
@@ -117,13 +121,13 @@ class Painter:
             toMap=light.rotation,
             exposure=look.exposure,
             background=look.background,
-            networkWeights=4,
-            environment=3,
+            networkWeights=SAMPLERS["networkWeights"],
+            environment=SAMPLERS["environment"],
         )
-        self.weights.use(4)
-        self.maps[look.light].use(3)
+        self.weights.use(Unit.WEIGHTS)
+        self.maps[look.light].use(Unit.ENVIRONMENT)
         for k, texture in enumerate(self.textures):
-            texture.use(TEXTURES + k)
+            texture.use(Unit.SCENE + k)
         triangle.render(moderngl.TRIANGLES, vertices=3)
         for buffer in buffers:
             buffer.release()
@@ -136,8 +140,8 @@ class Painter:
             )
         except moderngl.Error as error:
             raise SdfprtError(f"{self.scene.file}: the OpenGL driver does not take the shader: {error}") from None
-        textures = {name: TEXTURES + k for k, name in enumerate(self.scene.texels)}
-        give(program, samples=1, once=1, **scene_uniforms(self.scene), **network_uniforms(self.net), **textures)
+        textures = scene_samplers(list(self.scene.texels))
+        set_uniforms(program, textures, samples=1, once=1, **scene_uniforms(self.scene), **network_uniforms(self.net), **textures)
         return program, self.gl.vertex_array(program, [])
 
 

@@ -24,7 +24,7 @@ from sdfprt.core import progress
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
 from sdfprt.core.settings import Fit, Network
-from sdfprt.network.mlp import TransferNet
+from sdfprt.network.mlp import TransferNet, encode
 from sdfprt.network.optimizer import Descent, descend, matrices
 
 Samples = tuple[ndarray, ndarray, ndarray]
@@ -81,7 +81,7 @@ def fit_transfer(
         for a in ((points - center) / extent, normals, transfer / scale, scale)
     )
     parts = zip(x.split(_CHUNK), n.split(_CHUNK), strict=True)
-    features = torch.cat([_encode(a, b, position_frequencies, normal_frequencies) for a, b in parts])
+    features = torch.cat([encode(a, b, position_frequencies, normal_frequencies) for a, b in parts])
     inputs = 6 + 6 * (position_frequencies + normal_frequencies)
     sizes = [inputs, *[width] * (layers - 1), transfer.shape[1]]
     state = _initial(sizes, seed, device)
@@ -147,17 +147,6 @@ def _check(points: ndarray, normals: ndarray, transfer: ndarray, width: int, lay
     if not all(np.isfinite(a).all() for a in (points, normals, transfer)):
         raise SdfprtError("fit_transfer: points, normals or transfer hold NaN or Inf")
     return bands
-
-
-def _encode(x: torch.Tensor, n: torch.Tensor, position_frequencies: int, normal_frequencies: int) -> torch.Tensor:
-    """The features of `network.encode`, every octave from the one before by doubling the angle."""
-    parts = [x, n]
-    for v, octaves in ((x, position_frequencies), (n, normal_frequencies)):
-        sine, cosine = torch.sin(torch.pi * v), torch.cos(torch.pi * v)
-        for _ in range(octaves):
-            parts += [sine, cosine]
-            sine, cosine = 2 * sine * cosine, 1 - 2 * sine * sine
-    return torch.cat(parts, 1)
 
 
 def _initial(sizes: list[int], seed: int, device: str) -> dict[str, torch.Tensor]:

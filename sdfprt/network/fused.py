@@ -1,6 +1,6 @@
 """The network as one CUDA kernel by Triton, which CUDA builds of torch bring: 16-bit weights and activations, 32-bit sums.
 
-Its twins are `network.mlp` (numpy), `rendering.torch_backend.predict` (torch) and shaders/rendering/network.glsl; tests and
+Its twins are `network.mlp.forward` (numpy and torch) and shaders/rendering/network.glsl; tests and
 `sdfprt bench gpu` hold them together. Rows that hit nothing cost a look: a block of rows without a hit ends at once.
 """
 

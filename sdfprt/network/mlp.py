@@ -9,8 +9,10 @@ from __future__ import annotations
 import functools
 import hashlib
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -18,18 +20,53 @@ from numpy import ndarray
 
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
+from sdfprt.maths.sh import module_of
 from sdfprt.network.stored import FORMAT, MAX_BYTES, check_tensors, checksum, parse_header
 
 SLOPE = 0.01
 
 
-def encode(x: ndarray, normals: ndarray, position_frequencies: int, normal_frequencies: int) -> Float[ndarray, "n f"]:
-    """Features of normalised positions and unit normals."""
-    parts = [x, normals]
-    for values, octaves in ((x, position_frequencies), (normals, normal_frequencies)):
-        for k in range(octaves):
-            parts += [np.sin(2.0**k * np.pi * values), np.cos(2.0**k * np.pi * values)]
-    return np.concatenate(parts, axis=1).astype(np.float32)
+def encode(
+    x: Float[Any, "n 3"], normals: Float[Any, "n 3"], position_frequencies: int, normal_frequencies: int
+) -> Float[Any, "n f"]:
+    """Features of normalised positions and unit normals, arrays of numpy or tensors of torch; float32.
+
+    Every octave comes from the one before by doubling the angle, as in the shader: 1e-5 from the sine itself after ten.
+    """
+    xp = module_of(x)
+    features = [x, normals]
+    for v, octaves in ((x, position_frequencies), (normals, normal_frequencies)):
+        sine, cosine = xp.sin(np.pi * v), xp.cos(np.pi * v)
+        for _ in range(octaves):
+            features += [sine, cosine]
+            sine, cosine = 2 * sine * cosine, 1 - 2 * sine * sine
+    return xp.concatenate(features, 1)
+
+
+def forward(
+    layers: Sequence[tuple[Any, Any]],
+    x: Float[Any, "n 3"],
+    normals: Float[Any, "n 3"],
+    position_frequencies: int,
+    normal_frequencies: int,
+) -> Float[Any, "n k"]:
+    """Transfer over `scale` from normalised positions and unit normals, by numpy or torch: the one home of the forward pass.
+
+    Twins, held to this one by tests: shaders/rendering/network.glsl and `constant_network` of rendering/pieces.py (for a GPU, and
+    with the weights as constants), kernels/network/gradient.h (with its derivative) and network/fused.py (16-bit, for CUDA).
+    """
+    return activate(layers, encode(x, normals, position_frequencies, normal_frequencies))
+
+
+def activate(layers: Sequence[tuple[Any, Any]], features: Float[Any, "n f"]) -> Float[Any, "n k"]:
+    """The layers (W (out, in), b (out,)) on features that are there already; tensors may be 16-bit, but for the result."""
+    xp = module_of(features)
+    h = features
+    for w, b in layers[:-1]:
+        h = np.matmul(h, w.T) + b if xp is np else xp.addmm(b, h, w.T)
+        h = np.maximum(h, SLOPE * h) if xp is np else xp.nn.functional.leaky_relu(h, SLOPE)
+    w, b = layers[-1]
+    return np.tanh(np.matmul(h, w.T) + b) if xp is np else xp.tanh(xp.addmm(b, h, w.T).float())
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,15 +94,11 @@ class TransferNet:
     def predict(self, points: Float[ndarray, "n 3"], normals: Float[ndarray, "n 3"]) -> Float[ndarray, "n k"]:
         """Transfer at surface points with unit normals, in batches that stay in cache."""
         out = np.empty((len(points), len(self.scale)), np.float32)
+        octaves = self.position_frequencies, self.normal_frequencies
         for first in range(0, len(points), 4096):
-            part = slice(first, first + 4096)
-            x = (np.asarray(points[part], np.float32) - np.asarray(self.center, np.float32)) / np.float32(self.extent)
-            h = encode(x, np.asarray(normals[part], np.float32), self.position_frequencies, self.normal_frequencies)
-            for w, b in self.weights[:-1]:
-                h = h @ w.T + b
-                h = np.maximum(h, SLOPE * h)
-            w, b = self.weights[-1]
-            out[part] = self.scale * np.tanh(h @ w.T + b)
+            chunk = slice(first, first + 4096)
+            x = (np.asarray(points[chunk], np.float32) - np.asarray(self.center, np.float32)) / np.float32(self.extent)
+            out[chunk] = self.scale * forward(self.weights, x, np.asarray(normals[chunk], np.float32), *octaves)
         return out
 
     def tensors(self) -> dict[str, ndarray]:

@@ -16,7 +16,7 @@ from jaxtyping import Float, Int
 from torch import Tensor
 
 from sdfprt.core import kernels
-from sdfprt.network.mlp import SLOPE
+from sdfprt.network.mlp import SLOPE, activate
 
 _PARTS = 2  # of a batch, side by side; however many cores there are, so that the sums stay the same
 _TILE, _LAYERS = 64, 32  # as in kernels/gradient.h
@@ -66,12 +66,8 @@ def by_torch(sizes: Sequence[int], weights: Tensor, biases: Tensor, features: Te
     def gradients(rows: Tensor) -> tuple[Tensor, Tensor]:
         with torch.enable_grad():
             w, b = weights.detach().requires_grad_(), biases.detach().requires_grad_()
-            x = features[rows]
             layers = list(zip(matrices(w, sizes), b.split(list(sizes[1:])), strict=True))
-            for matrix, bias in layers[:-1]:
-                x = torch.nn.functional.leaky_relu(torch.addmm(bias, x, matrix.T), SLOPE)
-            matrix, bias = layers[-1]
-            error = torch.tanh(torch.addmm(bias, x, matrix.T)) - target[rows]
+            error = activate(layers, features[rows]) - target[rows]
             by_weights, by_biases = torch.autograd.grad((0.5 * slopes * error.square()).sum(), (w, b))
         return by_weights, by_biases
 

@@ -8,28 +8,32 @@ cache under the names of the OpenGL driver and the devices of torch and Warp. Wi
 import json
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import torch
+from jaxtyping import Float
+from numpy import ndarray
 
 from sdfprt.baking.asset import Asset
 from sdfprt.core import kernels, settings
 from sdfprt.core.cache import cache_folder
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
-from sdfprt.core.opengl import context
+from sdfprt.core.opengl import driver
 from sdfprt.imaging.camera import Camera
+from sdfprt.imaging.shot import Frame, compose
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, Material
 from sdfprt.network.mlp import TransferNet
+from sdfprt.rendering import frame as opengl
 from sdfprt.rendering import torch_backend
-from sdfprt.rendering.frame import Frame
-from sdfprt.rendering.frame import frame as gl_frame
 from sdfprt.sdf.scene import Scene
 
 NAMES = ("glsl", "torch", "warp")
 _SIDES = 32, 128  # pixels of the pictures that are timed
 _TURNS = 3
+MEASURED_FROM = 4_000_000  # samples of a picture, which take as long as measuring: some five seconds
 _BALL = "float sdf(vec3 p) { return length(p) - 0.9; }"
 
 Costs = dict[str, list[float]]  # of each back end: seconds a picture, and seconds a sample
@@ -37,7 +41,7 @@ Costs = dict[str, list[float]]  # of each back end: seconds a picture, and secon
 
 def has_opengl() -> bool:
     try:
-        context()
+        driver()
     except SdfprtError:
         return False
     return True
@@ -73,20 +77,36 @@ def measure(net: TransferNet, clock: Callable[[], float] = time.perf_counter) ->
 
 def costs(net: TransferNet, measured: Callable[[TransferNet], Costs] = measure) -> Costs:
     """As `measured` says, asked once for each size of network on this driver and kept in the cache."""
-    path = cache_folder() / "backends.json"
-    try:
-        known = json.loads(path.read_text())
-    except (OSError, ValueError):
-        known = {}
-    torchs = [torch_backend.device(), torch.__version__, str(torch.get_num_threads())]
-    machine = ["x".join(map(str, _SIDES)), context().info["GL_RENDERER"], *torchs, kernels.device()]
-    key = " | ".join([*machine, "x".join(map(str, size_of(net)))])
-    if not (isinstance(known, dict) and isinstance(known.get(key), dict)):
-        known = {**(known if isinstance(known, dict) else {}), key: measured(net)}
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with atomic_write(path) as temporary:
-            temporary.write_text(json.dumps(known, indent=2))
+    path, known, key = _costs_file(), _known_costs(), _machine(net)
+    if key not in known:
+        known = {**known, key: measured(net)}
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with atomic_write(path) as temporary:
+                temporary.write_text(json.dumps(known, indent=2))
+        except (OSError, SdfprtError):
+            pass  # a cache that cannot be written: measured again in the next process
     return known[key]
+
+
+def _costs_file() -> Path:
+    return cache_folder() / "backends.json"
+
+
+def _known_costs() -> dict[str, Costs]:
+    """What the cache has; nothing where it cannot be read."""
+    try:
+        known = json.loads(_costs_file().read_text())
+    except (OSError, ValueError):
+        return {}
+    return {key: each for key, each in known.items() if isinstance(each, dict)} if isinstance(known, dict) else {}
+
+
+def _machine(net: TransferNet) -> str:
+    """All that the costs depend on."""
+    torchs = [torch_backend.device(), torch.__version__, str(torch.get_num_threads())]
+    machine = ["x".join(map(str, _SIDES)), driver(), *torchs, kernels.device()]
+    return " | ".join([*machine, "x".join(map(str, size_of(net)))])
 
 
 def choose(
@@ -95,11 +115,16 @@ def choose(
     samples: int = settings.Render.samples,
     measured: Callable[[TransferNet], Costs] = measure,
 ) -> str:
-    """The cheapest back end for a network of this size and a picture of `size` (W, H); warp where there is no OpenGL."""
+    """The cheapest back end for a network of this size and a picture of `size` (W, H); warp where there is no OpenGL.
+
+    A picture so small that measuring takes longer than it, for a network that was never measured, is drawn by glsl.
+    """
     if not has_opengl():
         return "warp"
-    found = costs(net, measured)
     rays = size[0] * size[1] * samples**2
+    if rays < MEASURED_FROM and _machine(net) not in _known_costs():
+        return "glsl"
+    found = costs(net, measured)
     return min(found, key=lambda name: found[name][0] + found[name][1] * rays)
 
 
@@ -111,15 +136,40 @@ def frame(
     camera: Camera | None = None,
     size: tuple[int, int] = (settings.Render.width, settings.Render.height),
     samples: int = settings.Render.samples,
+    background: bool = False,
     backend: str = "glsl",
-    **options: Any,
+    **lighting: Any,
 ) -> Frame:
-    """sdfprt.rendering.frame.frame by a back end of NAMES or `auto`. Raises SdfprtError for another name."""
-    positional = (material, camera, size, samples)
+    """Draw with learnt transfer, by a back end of NAMES or `auto`; size is (W, H), `lighting` the fields of imaging.shot.Lighting.
+
+    Raises SdfprtError for an asset that was baked for another scene, for another back end or option and for one that the back end
+    does not honour, without OpenGL where the back end needs it, and where the picture is not finite.
+    """
+    net = opengl.network_of(asset, scene)
+    shot = compose(scene, material, camera, size, samples, background, **lighting)
     if backend == "auto":
-        backend = choose(asset if isinstance(asset, TransferNet) else asset.net, size, samples)
-    if backend == "glsl":
-        return gl_frame(scene, asset, light, *positional, **options)
+        backend = choose(net, size, samples)
     if backend not in NAMES:
         raise SdfprtError(f"backend {backend}: there is no such one; there are auto, {', '.join(NAMES)}")
-    return torch_backend.frame(scene, asset, light, *positional, **options, backend=backend)
+    if backend == "glsl":
+        return opengl.draw(scene, net, light, shot)
+    return torch_backend.draw(scene, net, light, shot, backend)
+
+
+def render(
+    scene: Scene,
+    asset: Asset | TransferNet,
+    light: Light,
+    material: Material | None = None,
+    camera: Camera | None = None,
+    size: tuple[int, int] = (settings.Render.width, settings.Render.height),
+    samples: int = settings.Render.samples,
+    backend: str = "auto",
+    **options: Any,
+) -> Float[ndarray, "h w 3"]:
+    """Linear radiance, (H, W, 3), black where nothing is hit; `options` are the others of `frame`.
+
+    Without a back end's name a picture is drawn by the shader, by warp where there is no OpenGL; `frame` and `backend="auto"` tell
+    more.
+    """
+    return frame(scene, asset, light, material, camera, size, samples, backend=backend, **options).rgb

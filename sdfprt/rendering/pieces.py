@@ -106,7 +106,7 @@ def surface_fragment(scene: Scene) -> str:
     return "\n".join([ours, renamed(ours, scene.shader_source), "#line 1", scene.shader_source])
 
 
-def own_fragment(pieces: tuple[str, ...]) -> str:
+def fixed_fragment(pieces: tuple[str, ...]) -> str:
     """A pass without anything of the scene's or the network's: FREE or BACKGROUND."""
     return "\n".join([VERSION, join(pieces)])
 

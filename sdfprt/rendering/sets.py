@@ -26,12 +26,13 @@ from sdfprt.core.files import atomic_write
 from sdfprt.core.progress import track
 from sdfprt.imaging import image
 from sdfprt.imaging.camera import Camera, trajectory
+from sdfprt.imaging.shot import Shot, compose
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Material, parts
 from sdfprt.material.lobes import name as material_name
 from sdfprt.material.lobes import parse as parse_material
 from sdfprt.network.mlp import TransferNet
-from sdfprt.rendering.frame import frame
+from sdfprt.rendering.frame import draw as draw_frame
 from sdfprt.sdf.scene import Scene
 
 FORMAT = "sdfprt-render-set-1"
@@ -47,10 +48,7 @@ class Job:
     scene: Scene
     net: TransferNet
     light: Light
-    material: Material
-    camera: Camera
-    size: tuple[int, int]
-    samples: int
+    shot: Shot
     exposure: float
     kind: str
 
@@ -101,7 +99,9 @@ def render_set(
         net = (fitting or bake(scene, width=width, cluster=cluster)).net
         looks = cameras or trajectory(scene.camera, views)
         for camera, (light, digest), yaw, own in itertools.product(looks, zip(environments, digests, strict=True), yaws, chosen):
-            job = Job(scene, net, light.rotated(yaw=yaw), own or scene.material, camera, size, samples, exposure, kind)
+            eyes = {"background": kind == "png", "dering": kind == "png"}
+            shot = compose(scene, own, camera, size, samples, **eyes)
+            job = Job(scene, net, light.rotated(yaw=yaw), shot, exposure, kind)
             entry = _entry(job, yaw, digest)
             jobs[entry["file"]] = (entry, job)
 
@@ -140,17 +140,7 @@ def _manifest(folder: Path) -> list[dict[str, Any]]:
 
 def draw(job: Job) -> bytes:
     """The picture's file."""
-    picture = frame(
-        job.scene,
-        job.net,
-        job.light,
-        material=job.material,
-        camera=job.camera,
-        size=job.size,
-        samples=job.samples,
-        dering=job.for_eyes,
-        background=job.for_eyes,
-    )
+    picture = draw_frame(job.scene, job.net, job.light, job.shot)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"picture.{job.kind}"
         image.write(path, picture.rgb, alpha=None if job.for_eyes else picture.alpha, exposure=job.exposure)
@@ -159,16 +149,16 @@ def draw(job: Job) -> bytes:
 
 def _entry(job: Job, yaw: float, light: str) -> dict[str, Any]:
     """What the manifest says of a picture; the file's name begins with what a reader looks for."""
-    own = parts(job.material)
+    own = parts(job.shot.material)
     entry: dict[str, Any] = {
         "scene": job.scene.name,
         "light": job.light.name,
         "yaw": float(yaw),
-        "camera": {key: value if key == "fov" else list(map(float, value)) for key, value in asdict(job.camera).items()},
-        "material": material_name(job.material),
+        "camera": {key: value if key == "fov" else list(map(float, value)) for key, value in asdict(job.shot.camera).items()},
+        "material": material_name(job.shot.material),
         **{key: list(own[key]) if key in own else None for key in ("albedo", "specular")},
-        "size": list(job.size),
-        "samples": job.samples,
+        "size": list(job.shot.size),
+        "samples": job.shot.samples,
         "exposure": job.exposure if job.for_eyes else None,
     }
     net = [job.net.digest, job.net.scale.tolist()]

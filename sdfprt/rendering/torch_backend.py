@@ -15,17 +15,14 @@ import torch
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
-from sdfprt.baking.asset import Asset
-from sdfprt.core import settings
-from sdfprt.core.errors import SdfprtError
 from sdfprt.core.interop import planes
-from sdfprt.imaging.camera import Camera
+from sdfprt.core.opengl import in_render_thread
+from sdfprt.imaging.shot import Frame, Shot
 from sdfprt.light.light import Light
 from sdfprt.material import shading
-from sdfprt.material.lobes import Material
 from sdfprt.network import fused
-from sdfprt.network.mlp import SLOPE, TransferNet
-from sdfprt.rendering.frame import Frame, network_of, tiles, trace_tile
+from sdfprt.network.mlp import TransferNet, activate, encode
+from sdfprt.rendering.frame import checked, light_coefficients, tiles, trace_tile
 from sdfprt.sdf.colour import colours
 from sdfprt.sdf.scene import Scene
 from sdfprt.sdf.trace import gbuffer
@@ -70,19 +67,14 @@ def predict(
         return fused.run(_packed(net), all_points, all_normals)
     batch = batch or batch_of(net, where)
     kind = torch.float16 if where == "cuda" else torch.float32
-    layers = [(torch.from_numpy(w.T.copy()).to(where, kind), torch.from_numpy(b).to(where, kind)) for w, b in net.weights]
+    layers = [(torch.from_numpy(w).to(where, kind), torch.from_numpy(b).to(where, kind)) for w, b in net.weights]
     scale, center = (torch.tensor(np.asarray(v, np.float32), device=where) for v in (net.scale, net.center))
     out = torch.empty((len(all_points), len(net.scale)), device=where)
-    octaves = ((net.position_frequencies, 0), (net.normal_frequencies, 1))
+    octaves = net.position_frequencies, net.normal_frequencies
     for first in range(0, len(out), batch):
-        part = slice(first, first + batch)
-        vectors = ((all_points[part] - center) / net.extent, all_normals[part])
-        angles = [2.0**k * np.pi * vectors[which] for count, which in octaves for k in range(count)]
-        h = torch.cat([*vectors, *(f(a) for a in angles for f in (torch.sin, torch.cos))], dim=1).to(kind)
-        for w, b in layers[:-1]:
-            h = torch.nn.functional.leaky_relu_(torch.addmm(b, h, w), SLOPE)
-        w, b = layers[-1]
-        out[part] = scale * torch.tanh(torch.addmm(b, h, w).float())
+        chunk = slice(first, first + batch)
+        features = encode((all_points[chunk] - center) / net.extent, all_normals[chunk], *octaves)
+        out[chunk] = scale * activate(layers, features.to(kind))
     return out
 
 
@@ -103,65 +95,60 @@ def _sent(values: ndarray) -> torch.Tensor:
     return torch.as_tensor(values if values.dtype == bool else values.astype(np.float32), device=device())
 
 
-def _seen_by_opengl(scene: Scene, camera: Camera, size: tuple[int, int], samples: int) -> Iterator[Seen]:
-    """The first pass of sdfprt.render, tile after tile."""
-    for tile in tiles(size, samples):
-        target = trace_tile(scene, camera, tile, (size[0] * samples, size[1] * samples))
-        points, normals, colour = planes().planes(target.seen)
-        hit = points[..., 3] > 0.5
-        flat = colour[hit]
-        albedo, exponent = (flat[:, :3] if scene.has_albedo else None), (flat[:, 3] if scene.has_exponent else None)
-        yield Seen(tile, hit, points[hit][:, :3], normals[hit][:, :3], albedo, exponent)
+@in_render_thread
+def _seen_in_tile(scene: Scene, shot: Shot, tile: tuple[int, int, int, int]) -> Seen:
+    """One job, since the next one draws to the same textures."""
+    target = trace_tile(scene, shot.camera, tile, shot.fine)
+    points, normals, colour = planes().planes(target.seen)
+    hit = points[..., 3] > 0.5
+    flat = colour[hit]
+    albedo, exponent = (flat[:, :3] if scene.has_albedo else None), (flat[:, 3] if scene.has_exponent else None)
+    return Seen(tile, hit, points[hit][:, :3], normals[hit][:, :3], albedo, exponent)
 
 
-def _seen_by_warp(scene: Scene, camera: Camera, size: tuple[int, int], samples: int) -> Iterator[Seen]:
+def _seen_by_opengl(scene: Scene, shot: Shot) -> Iterator[Seen]:
+    """The first pass of the OpenGL renderer, tile after tile."""
+    for tile in tiles(shot.size, shot.samples):
+        yield _seen_in_tile(scene, shot, tile)
+
+
+def _seen_by_warp(scene: Scene, shot: Shot) -> Iterator[Seen]:
     """The Warp tracer, the whole picture at once."""
-    seen = gbuffer(scene, camera, size, samples)
+    seen = gbuffer(scene, shot.camera, shot.size, shot.samples)
     albedo, exponent = (None if v is None else _sent(v) for v in colours(scene, seen.points, seen.normals))
-    whole = (0, 0, size[0] * samples, size[1] * samples)
-    yield Seen(whole, _sent(seen.mask), _sent(seen.points), _sent(seen.normals), albedo, exponent)
+    yield Seen((0, 0, *shot.fine), _sent(seen.mask), _sent(seen.points), _sent(seen.normals), albedo, exponent)
 
 
 SURFACES = {"torch": _seen_by_opengl, "warp": _seen_by_warp}
 
 
-def frame(
-    scene: Scene,
-    asset: Asset | TransferNet,
-    light: Light,
-    material: Material | None = None,
-    camera: Camera | None = None,
-    size: tuple[int, int] = (settings.Render.width, settings.Render.height),
-    samples: int = settings.Render.samples,
-    dering: bool = False,
-    background: bool = False,
-    backend: str = "torch",
-) -> Frame:
-    """As sdfprt.render.frame; `backend` torch traces by OpenGL, warp needs none.
+def draw(scene: Scene, net: TransferNet, light: Light, shot: Shot, surface: str = "torch") -> Frame:
+    """As rendering.frame.draw; `surface` torch traces by OpenGL, warp needs none.
 
-    Raises SdfprtError for an asset that was baked for another scene, for torch without OpenGL, and where the picture is not finite.
+    Raises SdfprtError for torch without OpenGL, for the triple product in each fragment, and where the picture is not finite.
     """
-    net = network_of(asset, scene)
-    material, camera = material or scene.material, camera or scene.camera
-    coefficients, strength = light.sh_dered(net.bands) if dering else (light.sh(net.bands), 0.0)
-    directions = camera.rays(size, samples)[1] if background else np.empty((0, 0, 3))
-    picture = np.zeros((size[1], size[0], 4), np.float32)
-    for seen in SURFACES[backend](scene, camera, size, samples):
+    shot.refuse_beyond(f"the back end {surface}", "dering", "light_bands", "result_bands")
+    coefficients, strength = light_coefficients(light, shot, net.bands)
+    result_bands = shot.lighting.result_bands or net.bands
+    samples = shot.samples
+    directions = shot.camera.rays(shot.size, samples)[1] if shot.background else np.empty((0, 0, 3))
+    picture = np.zeros((shot.size[1], shot.size[0], 4), np.float32)
+    for seen in SURFACES[surface](scene, shot):
         # Network and light on the packed samples
         x, y, width, height = seen.tile
         fine = torch.zeros((height, width, 4), device=seen.points.device)
-        outgoing = torch.nn.functional.normalize(_sent(np.asarray(camera.eye)) - seen.points, dim=1)
+        outgoing = torch.nn.functional.normalize(_sent(np.asarray(shot.camera.eye)) - seen.points, dim=1)
         transfer = predict(net, seen.points, seen.normals)
-        colour = shading.shade(transfer, seen.normals, outgoing, coefficients, material, albedo=seen.albedo, exponent=seen.exponent)
+        own = {"albedo": seen.albedo, "exponent": seen.exponent}
+        colour = shading.shade(transfer, seen.normals, outgoing, coefficients, shot.material, result_bands, **own)
         fine[seen.mask] = torch.nn.functional.pad(colour, (0, 1), value=1.0)
 
         # Unpacked, with the light behind it, averaged over each pixel's samples
-        if background:
+        if shot.background:
             behind = ~seen.mask
             ways = directions[y : y + height, x : x + width][behind.cpu().numpy()]
             fine[behind] = torch.nn.functional.pad(_sent(light.radiance(ways)), (0, 1))
         cells = fine.reshape(height // samples, samples, width // samples, samples, 4).mean(dim=(1, 3))
         picture[y // samples : (y + height) // samples, x // samples : (x + width) // samples] = cells.cpu().numpy()
-    if bad := int((~np.isfinite(picture)).any(axis=2).sum()):
-        raise SdfprtError(f"{scene.file}: {bad} pixels are not finite; does the SDF or its albedo give NaN?")
+    checked(picture, scene)
     return Frame(picture[..., :3], picture[..., 3], strength)

@@ -4,13 +4,16 @@ Against `render` the difference is the network's error; against `reference` it i
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from sdfprt.core import settings
+from sdfprt.core.errors import SdfprtError
 from sdfprt.imaging.camera import Camera
+from sdfprt.imaging.shot import Frame, Shot, compose
 from sdfprt.light.light import Light
 from sdfprt.material import shading
 from sdfprt.material.lobes import Material
@@ -76,6 +79,20 @@ def view(
     return View(scene, seen, compute_transfer(scene, seen.points, seen.normals, bands=bands, rays=rays, seed=seed))
 
 
+def draw(scene: Scene, light: Light, shot: Shot, bands: int = settings.Transfer.bands, rays: int = settings.Exact.rays) -> Frame:
+    """What the renderers would show if their network made no error.
+
+    Raises SdfprtError for options that they have and this has not.
+    """
+    shot.refuse_beyond("exact transfer", "light_bands", "result_bands")
+    if shot.background:
+        raise SdfprtError("exact transfer has no option background; leave it out")
+    seen = view(scene, shot.camera, shot.size, bands, rays, shot.samples)
+    fine = seen.shade(light, shot.material, shot.lighting.light_bands, shot.lighting.result_bands)
+    cells = (shot.size[1], shot.samples, shot.size[0], shot.samples)
+    return Frame(fine.reshape(*cells, 3).mean(axis=(1, 3)), seen.mask.reshape(cells).mean(axis=(1, 3), dtype=np.float32))
+
+
 def exact(
     scene: Scene,
     light: Light,
@@ -85,12 +102,10 @@ def exact(
     samples: int = settings.Render.samples,
     bands: int = settings.Transfer.bands,
     rays: int = settings.Exact.rays,
-    light_bands: int | None = None,
-    result_bands: int | None = None,
+    **lighting: Any,
 ) -> Float[ndarray, "h w 3"]:
-    """What `render` would show if its network made no error: (H, W, 3), linear radiance, black where nothing is hit."""
-    fine = view(scene, camera, size, bands, rays, samples).shade(light, material or scene.material, light_bands, result_bands)
-    return fine.reshape(size[1], samples, size[0], samples, 3).mean(axis=(1, 3))
+    """The picture of `draw`: (H, W, 3), linear radiance, black where nothing is hit."""
+    return draw(scene, light, compose(scene, material, camera, size, samples, **lighting), bands, rays).rgb
 
 
 def thumbnail(scene: Scene, size: int = 256) -> Float[ndarray, "h w 3"]:

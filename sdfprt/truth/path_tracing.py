@@ -19,6 +19,7 @@ from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
 from sdfprt.core.progress import track
 from sdfprt.imaging.camera import Camera
+from sdfprt.imaging.shot import Frame, Shot, compose
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, Material
 from sdfprt.sdf.scene import NORMAL_STEP, Scene
@@ -29,12 +30,10 @@ SAVE = 5.0  # seconds between two checkpoints, at least
 EPSILON = 2e-5  # of the diagonal: finer than the fast tracer's, as befits a yardstick
 
 
-@dataclass(frozen=True)
-class Result:
-    """Linear radiance, hit fraction, and the standard error of the radiance, each a pixel."""
+@dataclass(frozen=True, kw_only=True)
+class Traced(Frame):
+    """A frame with the standard error of its radiance, and how many paths a pixel had."""
 
-    rgb: Float[ndarray, "h w 3"]
-    alpha: Float[ndarray, "h w"]
     standard_error: Float[ndarray, "h w 3"]
     paths: int
 
@@ -67,17 +66,34 @@ def reference_image(
     checkpoint: Path | None = None,
     keep: bool = True,
     background: bool = False,
-) -> Result:
+) -> Traced:
+    """As `draw`, of these options."""
+    shot = compose(scene, material, camera, size, samples, background)
+    return draw(scene, light, shot, spp, bounces, seed, checkpoint, keep)
+
+
+def draw(
+    scene: Scene,
+    light: Light,
+    shot: Shot,
+    spp: int = settings.Reference.spp,
+    bounces: int = settings.Reference.bounces,
+    seed: int = 0,
+    checkpoint: Path | None = None,
+    keep: bool = True,
+) -> Traced:
     """Path traced picture with its error; `spp` paths a pixel, rounded up to packets (16 on the CPU) for each of samples**2 rays.
 
     bounces 0 is direct light, what transfer models. With `checkpoint` the sums are kept in that file, and a later call with the
     same arguments goes on from there (or on to a higher spp); without `keep` a file of another picture is begun anew, and the
-    file goes when the picture is done. `background` shows the light where nothing is hit.
-    Raises SdfprtError for spp or bounces out of range, for a checkpoint of another picture, and for one that is damaged.
+    file goes when the picture is done. `shot.background` shows the light where nothing is hit.
+    Raises SdfprtError for spp or bounces out of range, for options of SH lighting, for a checkpoint of another picture, and for one
+    that is damaged.
     """
+    shot.refuse_beyond("the reference")
     if spp < 1 or bounces < 0:
         raise SdfprtError(f"reference: spp {spp} must be at least 1 and bounces {bounces} at least 0")
-    material, camera = material or scene.material, camera or scene.camera
+    material, camera, size, samples = shot.material, shot.camera, shot.size, shot.samples
     origin, directions = camera.rays(size, samples)
     directions = directions.reshape(-1, 3)
     packets = max(2, -(-spp // (kernels.lanes() * samples**2)))
@@ -103,14 +119,14 @@ def reference_image(
     elif checkpoint is not None:
         checkpoint.unlink(missing_ok=True)
     mean, variance = sums.moments(tiles)
-    if background:
+    if shot.background:
         mean = np.where(sums.alpha[:, None] > 0, mean, light.radiance(directions))
     cells = (size[1], samples, size[0], samples)
-    return Result(
-        mean.reshape(*cells, 3).mean(axis=(1, 3)).astype(np.float32),
-        sums.alpha.reshape(cells).mean(axis=(1, 3)).astype(np.float32),
-        (np.sqrt(variance.reshape(*cells, 3).mean(axis=(1, 3))) / samples).astype(np.float32),
-        int(sums.packets.min()) * kernels.lanes() * samples**2,
+    return Traced(
+        rgb=mean.reshape(*cells, 3).mean(axis=(1, 3)).astype(np.float32),
+        alpha=sums.alpha.reshape(cells).mean(axis=(1, 3)).astype(np.float32),
+        standard_error=(np.sqrt(variance.reshape(*cells, 3).mean(axis=(1, 3))) / samples).astype(np.float32),
+        paths=int(sums.packets.min()) * kernels.lanes() * samples**2,
     )
 
 

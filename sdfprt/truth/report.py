@@ -25,7 +25,7 @@ from sdfprt.imaging import metrics, tone
 from sdfprt.imaging.camera import Camera
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, Material, Phong, name
-from sdfprt.rendering.frame import frame
+from sdfprt.rendering.backends import frame
 from sdfprt.sdf.scene import Scene
 from sdfprt.truth import exact
 from sdfprt.truth.path_tracing import reference_image

@@ -1,4 +1,5 @@
-// Transfer at a surface point: positional encoding, then the MLP with leaky ReLU (learnt transfer, Sec. 3.2).
+// Transfer at a surface point: positional encoding, then the MLP with leaky ReLU (learnt transfer, Sec. 3.2). Twin of `forward` in
+// sdfprt/network/mlp.py, which numpy and torch run.
 // Counts are in fours: INPUTS, WIDTH, OUTPUTS; LAYERS linear layers.
 // Weights come from a texture: compiled in two seconds at any width where constants took half a minute, and any network of
 // the same size runs without compiling again.

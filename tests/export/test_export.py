@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from sdfprt import Camera, DiffusePhong, GlslError, Light, Phong, Scene, SdfprtError
-from sdfprt.core.opengl import context
+from sdfprt.core.opengl import context, in_render_thread
 from sdfprt.export import page
 from sdfprt.export.page import export_html, export_shadertoy
 from sdfprt.imaging import tone
 from sdfprt.material.lobes import Diffuse, Material
-from sdfprt.rendering.frame import frame
+from sdfprt.rendering.backends import frame
 
 SCENE, NET, SIZE = nets.scene(), nets.random_net(), (72, 56)
 SKY = Light.load("sky_afternoon")
@@ -149,6 +149,7 @@ def test_a_page_is_one_file_that_names_no_other(tmp_path):
     assert "http:" not in text and "https:" not in text and "src=" not in text
 
 
+@in_render_thread
 def _toy(text: str, size: tuple[int, int], mouse: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
     """What Shadertoy's host makes of a tab: inputs before it, a call of mainImage after it."""
     gl = context()

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 from sdfprt import Camera, DiffusePhong, Light, Phong, Scene, SdfprtError
-from sdfprt.core.opengl import context
+from sdfprt.core.opengl import context, in_render_thread
 from sdfprt.export.window import Look, Painter, view
 from sdfprt.imaging import tone
 from sdfprt.material.lobes import Diffuse
-from sdfprt.rendering.frame import frame
+from sdfprt.rendering.backends import frame
 
 SCENE, NET, SIZE = nets.scene(), nets.random_net(), (72, 56)
 LOOK = Look(Camera((2.0, 1.0, 3.0), (0.2, 0.1, 0.0)), DiffusePhong((0.7, 0.5, 0.3), 9.0, (0.4, 0.5, 0.6)))
@@ -72,6 +72,7 @@ def test_keys_change_what_they_say_and_nothing_else():
     assert shinier.albedo == (0.7, 0.5, 0.3)
 
 
+@in_render_thread
 def _painted(scene: Scene, look: Look, choices: list[Light]) -> np.ndarray:
     gl = context()
     target = gl.framebuffer([gl.texture(SIZE, 4, dtype="f4")])

@@ -8,6 +8,7 @@ from random_glsl import SLOT, batch
 from test_glsl import CORPUS, agreement, in_slots, some_points
 
 from sdfprt.core.errors import SdfprtError
+from sdfprt.core.opengl import in_render_thread
 from sdfprt.glsl.compile import check_es
 from sdfprt.glsl.spirv import parse
 from sdfprt.glsl.to_es import translate
@@ -17,6 +18,7 @@ from sdfprt.sdf.scene import Scene
 NOT_IN_ES = {"modf_frexp": "frexp", "texels_outside": "sampledimage"}
 
 
+@in_render_thread
 def _distance(scene: Scene, points: np.ndarray) -> np.ndarray:
     """(N,) by the translation, on the driver as #version 300 es; N a multiple of 64."""
     text = translate(parse(scene.prepared.spirv), "own_", ("sdfprt_point=p",), "float sdfprt_distance(vec3 p)")

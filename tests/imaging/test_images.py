@@ -8,7 +8,7 @@ import numpy as np
 from sdfprt.baking.asset import Asset
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, DiffusePhong
-from sdfprt.rendering.frame import frame
+from sdfprt.rendering.backends import frame
 from sdfprt.truth import exact
 from sdfprt.truth.path_tracing import reference
 

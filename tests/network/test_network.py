@@ -57,11 +57,14 @@ def test_prediction_agrees_with_torch_modules():
     np.testing.assert_allclose(net.predict(points, normals), expected, rtol=0, atol=1e-5)  # float32 sums of 78 terms
 
 
-def test_doubling_angles_gives_the_encoding_that_the_network_is_read_with():
+def test_doubling_angles_gives_sines_and_cosines_of_every_octave():
     points, normals, _ = _samples(1000)
-    ours = fit._encode(torch.tensor(points), torch.tensor(normals), 6, 3).numpy()
+    ways = ((points, 6), (normals, 3))
+    plain = [f(2.0**k * np.pi * v.astype(float)) for v, count in ways for k in range(count) for f in (np.sin, np.cos)]
+    expected = np.concatenate([points, normals, *plain], axis=1)
     # Float32: the last octave's argument, 100 rad, is off by 8e-6, and each doubling doubles an error of 6e-8
-    np.testing.assert_allclose(ours, encode(points, normals, 6, 3), rtol=0, atol=3e-5)
+    np.testing.assert_allclose(encode(points, normals, 6, 3), expected, rtol=0, atol=3e-5)
+    np.testing.assert_allclose(encode(torch.tensor(points), torch.tensor(normals), 6, 3).numpy(), expected, rtol=0, atol=3e-5)
 
 
 def test_a_file_gives_the_network_back_and_is_small(tmp_path):

@@ -7,14 +7,15 @@ import nets
 import numpy as np
 import pytest
 
-from sdfprt.core import settings
+from sdfprt.core import opengl, settings
 from sdfprt.core.errors import SdfprtError
 from sdfprt.imaging.camera import Camera
 from sdfprt.light.light import Light
 from sdfprt.material import shading
 from sdfprt.material.lobes import Diffuse, DiffusePhong, Phong
-from sdfprt.rendering import frame as render
-from sdfprt.rendering.torch_backend import frame as torch_frame
+from sdfprt.rendering import frame as renderer
+from sdfprt.rendering import programs
+from sdfprt.rendering.backends import frame
 from sdfprt.sdf.scene import Scene
 from sdfprt.sdf.trace import gbuffer
 
@@ -32,7 +33,7 @@ def _psnr(a: np.ndarray, b: np.ndarray, trimmed: float = 0.02) -> float:
 
 @pytest.mark.parametrize("material", [Diffuse((0.7, 0.5, 0.3)), Phong(12.0, (0.9, 0.8, 1.0)), DiffusePhong()], ids=str)
 def test_a_frame_is_trace_network_and_shading_done_by_others(material):
-    got = render.frame(SCENE, NET, LIGHT, material=material, size=SIZE)
+    got = frame(SCENE, NET, LIGHT, material=material, size=SIZE)
     seen = gbuffer(SCENE, SCENE.camera, SIZE)
     expected = np.zeros((SIZE[1], SIZE[0], 3))
     transfer = NET.predict(seen.points, seen.normals)
@@ -43,18 +44,18 @@ def test_a_frame_is_trace_network_and_shading_done_by_others(material):
 
 def test_the_whole_triple_product_gives_the_picture_of_the_fixed_light():
     pictures = [
-        render.frame(SCENE, NET, LIGHT, Phong(20.0), size=(24, 24), light_bands=3, result_bands=2, fixed_light=fixed)
-        for fixed in (True, False)
+        frame(SCENE, NET, LIGHT, Phong(20.0), size=(24, 24), light_bands=3, result_bands=2, product=product)
+        for product in ("tpfl", "tp")
     ]
     np.testing.assert_allclose(pictures[0].rgb, pictures[1].rgb, rtol=0, atol=2e-5)
 
 
 def test_weights_become_constants_once_that_pays_and_the_picture_stays(monkeypatch):
-    monkeypatch.setattr(render, "renderer", functools.cache(render.Renderer))
-    monkeypatch.setattr(render, "on_cpu", lambda: True)
+    monkeypatch.setattr(renderer, "programs", functools.cache(programs.Programs))
+    monkeypatch.setattr(programs, "on_cpu", lambda: True)
     monkeypatch.setattr(settings.Render, "constant_after", SIZE[0] * SIZE[1])
-    pictures = [render.frame(SCENE, NET, LIGHT, DiffusePhong(), size=SIZE).rgb for _ in range(2)]
-    assert [variant.constant for _, variant, _ in render.renderer()._lightings] == ["", NET.digest]
+    pictures = [frame(SCENE, NET, LIGHT, DiffusePhong(), size=SIZE).rgb for _ in range(2)]
+    assert [variant.constant for _, variant, _ in renderer.programs().lightings.things] == ["", NET.digest]
     np.testing.assert_allclose(pictures[0], pictures[1], rtol=0, atol=2e-5)
 
 
@@ -67,29 +68,29 @@ def test_cones_pass_over_nothing_thin():
     }"""
     rods = Scene(glsl=glsl, step=1.0, camera=Camera(eye=(0.3, 0.5, 4.0), fov=30.0))
     seen = gbuffer(rods, rods.camera, (96, 96))
-    got = render.frame(rods, NET, LIGHT, size=(96, 96)).alpha > 0.5
+    got = frame(rods, NET, LIGHT, size=(96, 96)).alpha > 0.5
     assert seen.mask.sum() > 500
     assert (got != seen.mask).sum() <= 0.02 * seen.mask.sum()  # chords shorter than a tenth of a pixel
 
 
 def test_tiles_join_without_a_seam(monkeypatch):
-    whole = render.frame(SCENE, NET, LIGHT, size=SIZE, samples=2, background=True)
-    monkeypatch.setattr(render, "_TILE", 30)
-    parts = render.frame(SCENE, NET, LIGHT, size=SIZE, samples=2, background=True)
+    whole = frame(SCENE, NET, LIGHT, size=SIZE, samples=2, background=True)
+    monkeypatch.setattr(renderer, "_TILE", 30)
+    parts = frame(SCENE, NET, LIGHT, size=SIZE, samples=2, background=True)
     np.testing.assert_allclose(whole.rgb, parts.rgb, rtol=0, atol=1e-6)
     np.testing.assert_allclose(whole.alpha, parts.alpha, rtol=0, atol=0)
 
 
 def test_groups_in_rows_light_every_hit(monkeypatch):
-    whole = render.frame(SCENE, NET, LIGHT, size=SIZE)
-    monkeypatch.setattr(render, "_ROW", 5)
-    assert whole.alpha.sum() > 8 * render._GROUP * render._ROW  # more than one row, the last one short
-    np.testing.assert_array_equal(whole.rgb, render.frame(SCENE, NET, LIGHT, size=SIZE).rgb)
+    whole = frame(SCENE, NET, LIGHT, size=SIZE)
+    monkeypatch.setattr(renderer, "_ROW", 5)
+    assert whole.alpha.sum() > 8 * renderer._GROUP * renderer._ROW  # more than one row, the last one short
+    np.testing.assert_array_equal(whole.rgb, frame(SCENE, NET, LIGHT, size=SIZE).rgb)
 
 
 def test_supersampling_is_the_mean_of_a_larger_picture():
-    fine = render.frame(SCENE, NET, LIGHT, size=(48, 48))
-    coarse = render.frame(SCENE, NET, LIGHT, size=(16, 16), samples=3)
+    fine = frame(SCENE, NET, LIGHT, size=(48, 48))
+    coarse = frame(SCENE, NET, LIGHT, size=(16, 16), samples=3)
     mean = fine.rgb.reshape(16, 3, 16, 3, 3).mean(axis=(1, 3))
     np.testing.assert_allclose(coarse.rgb, mean, rtol=0, atol=1e-5)
 
@@ -97,7 +98,7 @@ def test_supersampling_is_the_mean_of_a_larger_picture():
 def test_the_background_is_the_light_in_that_direction():
     light = LIGHT.rotated(yaw=25)
     camera = Camera(eye=(0.0, 3.0, 0.0), target=(1.0, 3.2, 0.5), fov=80.0)
-    got = render.frame(SCENE, NET, light, camera=camera, size=SIZE, background=True)
+    got = frame(SCENE, NET, light, camera=camera, size=SIZE, background=True)
     _, directions = camera.rays(SIZE)
     miss = got.alpha == 0
     assert miss.mean() > 0.5
@@ -106,18 +107,27 @@ def test_the_background_is_the_light_in_that_direction():
 
 
 def test_turning_light_camera_and_colours_compiles_nothing():
-    render.frame(SCENE, NET, LIGHT, DiffusePhong(), size=(8, 8))
-    before = set(render.renderer()._triangles)
+    """Every table of programs stays as it is, and so does every program in it."""
+
+    def tables() -> list:
+        made = programs.programs()
+        return [list(table.things.items()) for table in (made.full_screens, made.lightings)]
+
+    frame(SCENE, NET, LIGHT, DiffusePhong(), size=(8, 8), background=True)
+    before = tables()
     camera = Camera(eye=(2.0, 1.0, 2.0))
-    render.frame(SCENE, NET, LIGHT.rotated(yaw=9), DiffusePhong((0.1, 0.2, 0.3), 9.0), camera=camera, size=(8, 8))
-    assert set(render.renderer()._triangles) == before
+    other = DiffusePhong((0.1, 0.2, 0.3), 9.0)
+    frame(SCENE, NET, LIGHT.rotated(yaw=9), other, camera=camera, size=(8, 8), background=True)
+    after = tables()
+    assert [dict(table) for table in after] == [dict(table) for table in before]
+    assert all(before)
 
 
 def test_the_scenes_own_albedo_and_exponent_are_used():
     base = "float sdf(vec3 p) { return length(p) - 0.6; }\n"
     own = base + "vec3 albedo(vec3 p, vec3 n) { return vec3(0.2, 0.4, 0.6); }\nfloat exponent(vec3 p, vec3 n) { return 6.0; }"
-    a = render.frame(Scene(glsl=own), NET, LIGHT, DiffusePhong(), size=(20, 20))
-    b = render.frame(Scene(glsl=base), NET, LIGHT, DiffusePhong((0.2, 0.4, 0.6), 6.0), size=(20, 20))
+    a = frame(Scene(glsl=own), NET, LIGHT, DiffusePhong(), size=(20, 20))
+    b = frame(Scene(glsl=base), NET, LIGHT, DiffusePhong((0.2, 0.4, 0.6), 6.0), size=(20, 20))
     np.testing.assert_allclose(a.rgb, b.rgb, rtol=0, atol=1e-6)
 
 
@@ -134,23 +144,26 @@ def test_part_numbers_pick_colours_from_the_table(backend: str):
         f"vec3 albedo(vec3 p, vec3 n) {{ return {choice}; }} float exponent(vec3 p, vec3 n) {{ return p.x > 0.0 ? 5. : 30.; }}"
     )
     written = Scene(glsl=f"float sdf(vec3 p) {{ {two} return min(a, b); }} {functions}", material=DiffusePhong())
-    draw = render.frame if backend == "glsl" else functools.partial(torch_frame, backend="warp")
-    a, b = (draw(scene, NET, LIGHT, size=(20, 20)) for scene in (numbers, written))
+    a, b = (frame(scene, NET, LIGHT, size=(20, 20), backend=backend) for scene in (numbers, written))
     np.testing.assert_allclose(a.rgb, b.rgb, rtol=0, atol=1e-6)
     assert numbers.hash == replace(numbers, parts={}).hash  # transfer does not see colours
+
+
+@opengl.in_render_thread
+def _points(scene: Scene, camera: Camera, size: tuple[int, int]) -> np.ndarray:
+    """What the first pass sees."""
+    return opengl.read(renderer.trace_tile(scene, camera, (0, 0, *size), size).seen[0])
 
 
 def test_a_ray_that_enters_inside_the_solid_hits_the_cut_face():
     scene = Scene(glsl="float sdf(vec3 p) { return length(p) - 5.0; }")
     camera = Camera(eye=(0.0, 0.0, 4.0), target=(0.0, 0.0, 0.0), fov=20.0)
-    target = render.trace_tile(scene, camera, (0, 0, 8, 8), (8, 8))
-    points = render.read(target.seen[0])
+    points = _points(scene, camera, (8, 8))
     np.testing.assert_allclose(points[..., 2], 1.0, rtol=0, atol=1e-5)
 
 
 def test_hits_lie_on_the_surface_to_the_stated_tolerance():
-    target = render.trace_tile(SCENE, SCENE.camera, (0, 0, *SIZE), SIZE)
-    points = render.read(target.seen[0])
+    points = _points(SCENE, SCENE.camera, SIZE)
     hits = points[points[..., 3] > 0, :3]
     # 2e-6: rounding of the point itself
     inside = (np.abs(hits) < 0.999).all(axis=1)
@@ -162,10 +175,10 @@ def test_without_opengl_there_is_one_clear_error(monkeypatch):
     def refuse(**_):
         raise ValueError("no display")
 
-    monkeypatch.setattr(render.moderngl, "create_context", refuse)
-    monkeypatch.setattr(render.moderngl, "create_standalone_context", refuse)
+    monkeypatch.setattr(opengl.moderngl, "create_context", refuse)
+    monkeypatch.setattr(opengl.moderngl, "create_standalone_context", refuse)
     with pytest.raises(SdfprtError, match="OpenGL"):
-        render.context.__wrapped__()
+        opengl._make_context.__wrapped__()
 
 
 def test_colours_that_are_not_finite_are_an_error():
@@ -173,4 +186,4 @@ def test_colours_that_are_not_finite_are_an_error():
         glsl="float sdf(vec3 p) { return length(p) - 0.5; }vec3 albedo(vec3 p, vec3 n) { return vec3(exp(200.0 + p.x)); }"
     )
     with pytest.raises(SdfprtError, match="not finite"):
-        render.frame(scene, NET, LIGHT, Diffuse(), size=(8, 8))
+        frame(scene, NET, LIGHT, Diffuse(), size=(8, 8))

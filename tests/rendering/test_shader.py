@@ -9,11 +9,15 @@ import numpy as np
 import pytest
 
 from sdfprt.core.errors import SdfprtError
+from sdfprt.core.opengl import context, in_render_thread
 from sdfprt.core.resources import folder
 from sdfprt.glsl.compile import _glslang
-from sdfprt.rendering import frame as render
 from sdfprt.rendering import pieces
+from sdfprt.rendering.backends import render
 from sdfprt.rendering.pieces import Variant
+from sdfprt.rendering.programs import Programs
+from sdfprt.rendering.targets import network_texture
+from sdfprt.rendering.uniforms import set_uniforms
 from sdfprt.sdf.scene import Scene
 
 PIECES = sorted(folder("shaders").glob("*/*.glsl"))
@@ -29,6 +33,28 @@ def test_each_piece_compiles_alone(path, tmp_path):
         program, environment = _glslang()
         done = subprocess.run([program, str(source)], capture_output=True, text=True, env=environment)
         assert done.returncode == 0, done.stdout
+
+
+@in_render_thread
+def _transfer_by_shader(net, text: str, quads: int, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """What main's quads give at 64 points."""
+    gl = context()
+    program = gl.program(vertex_shader=f"#version 430\n{pieces.piece('vertex')}", fragment_shader=text)
+    scale = np.pad(net.scale, (0, -len(net.scale) % 4))
+    given = {"networkCenter": net.center, "networkExtent": net.extent, "networkScale": scale, "once": 1, "networkWeights": 1}
+    set_uniforms(program, given, points=0, **given)  # weights as constants need none of them
+    network_texture(gl, net).use(1)
+    source = gl.texture((64, 2), 3, np.concatenate([points, normals]).tobytes(), dtype="f4")
+    target = gl.texture((64, 1), 4, dtype="f4")
+    gl.framebuffer([target]).use()
+    gl.disable(moderngl.DEPTH_TEST)
+    source.use(0)
+    values = []
+    for quad in range(quads):
+        set_uniforms(program, quad=quad)
+        gl.vertex_array(program, []).render(moderngl.TRIANGLES, vertices=3)
+        values.append(np.frombuffer(target.read(), np.float32).reshape(64, 4).copy())
+    return np.concatenate(values, axis=1)
 
 
 @pytest.mark.parametrize("constant", [False, True], ids=["textures", "constants"])
@@ -56,29 +82,11 @@ def test_the_shaders_network_is_the_networks_own(width, layers, bands, octaves, 
         }"""
     network = pieces.constant_network(net) if constant else pieces.piece("network")
     text = "\n".join(["#version 430", pieces.defines(net, Variant(1, points=together)), network, main])
-    gl = render.context()
-    program = gl.program(vertex_shader=f"#version 430\n{pieces.piece('vertex')}", fragment_shader=text)
-    scale = np.pad(net.scale, (0, -len(net.scale) % 4))
-    render.give(program, networkCenter=net.center, networkExtent=net.extent, networkScale=scale, once=1, points=0)
-    weights = pieces.weights_texture(net)
-    held = gl.texture(weights.shape[1::-1], 4, weights.tobytes(), dtype="f4")
-    held.use(1)
-    render.give(program, networkWeights=1)
     rng = np.random.default_rng(1)
     points = rng.uniform(-1, 1, (64, 3)).astype(np.float32)
     normals = rng.normal(size=(64, 3)).astype(np.float32)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    source = gl.texture((64, 2), 3, np.concatenate([points, normals]).tobytes(), dtype="f4")
-    target = gl.texture((64, 1), 4, dtype="f4")
-    gl.framebuffer([target]).use()
-    gl.disable(moderngl.DEPTH_TEST)
-    source.use(0)
-    values = []
-    for quad in range(quads):
-        render.give(program, quad=quad)
-        gl.vertex_array(program, []).render(moderngl.TRIANGLES, vertices=3)
-        values.append(np.frombuffer(target.read(), np.float32).reshape(64, 4).copy())
-    got = np.concatenate(values, axis=1)[:, : bands * bands]
+    got = _transfer_by_shader(net, text, quads, points, normals)[:, : bands * bands]
     # float32 sums in another order, and the error of doubled angles
     np.testing.assert_allclose(got, net.predict(points, normals), rtol=0, atol=2e-5)
 
@@ -101,7 +109,7 @@ def test_a_users_names_and_macros_do_not_touch_ours():
     from sdfprt.light.light import Light
 
     light = Light.load("overcast")
-    a, b = (render.render(s, net, light, camera=plain.camera, size=(24, 24)) for s in (plain, hostile))
+    a, b = (render(s, net, light, camera=plain.camera, size=(24, 24)) for s in (plain, hostile))
     np.testing.assert_allclose(a, b, rtol=0, atol=1e-4)
 
 
@@ -122,5 +130,19 @@ def test_a_drivers_message_names_the_piece_and_its_line(monkeypatch):
     original = pieces.piece
     monkeypatch.setattr(pieces, "piece", lambda name: original(name) + ("broken" if name == "trace" else ""))
     with pytest.raises(SdfprtError) as caught:
-        render.Renderer().surface(Scene(glsl="float sdf(vec3 p) { return length(p) - 0.25; }"))
+        in_render_thread(Programs().scene_program)(Scene(glsl="float sdf(vec3 p) { return length(p) - 0.25; }"))
     assert re.search(r"(trace|normal)\.glsl:\d+", str(caught.value))
+
+
+def test_an_unknown_uniform_is_an_error_unless_it_is_called_optional():
+    @in_render_thread
+    def program():
+        return context().program(
+            vertex_shader=f"#version 430\n{pieces.piece('vertex')}",
+            fragment_shader="#version 430\nuniform float here; out float r; void main() { r = here; }",
+        )
+
+    given = program()
+    in_render_thread(set_uniforms)(given, ("gone",), here=1.0, gone=2.0)
+    with pytest.raises(SdfprtError, match="no uniform gone"):
+        in_render_thread(set_uniforms)(given, here=1.0, gone=2.0)

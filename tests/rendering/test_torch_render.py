@@ -11,15 +11,15 @@ from sdfprt import Light, Scene
 from sdfprt.baking.asset import find_asset
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.interop import CudaPlanes, HostPlanes
-from sdfprt.core.opengl import context
+from sdfprt.core.opengl import context, in_render_thread
 from sdfprt.imaging import metrics
 from sdfprt.imaging.camera import Camera
 from sdfprt.material.lobes import Diffuse, DiffusePhong
 from sdfprt.network.fit import fit_transfer
 from sdfprt.network.mlp import TransferNet
-from sdfprt.rendering import backends, frame, torch_backend
-from sdfprt.rendering.frame import frame as gl_frame
-from sdfprt.rendering.frame import renderer
+from sdfprt.rendering import backends, torch_backend
+from sdfprt.rendering import frame as opengl
+from sdfprt.rendering.backends import frame
 
 
 def psnr_inside(one, two):
@@ -36,8 +36,8 @@ def test_each_back_end_shows_the_picture_of_the_shader(backend, least):
     assert asset is not None
     light = Light.load("studio").rotated(yaw=30)
     options = {"material": DiffusePhong(exponent=16), "size": (96, 96), "background": True}
-    ours = torch_backend.frame(monster, asset, light, **options, backend=backend)
-    shader = gl_frame(monster, asset, light, **options)
+    ours = frame(monster, asset, light, **options, backend=backend)
+    shader = frame(monster, asset, light, **options)
     assert psnr_inside(ours, shader) > least
     if backend == "torch":  # the same pass found the silhouette: also the light behind it is the same
         assert (ours.alpha == shader.alpha).all()
@@ -53,16 +53,16 @@ def test_colours_of_the_scene_are_used_by_each_back_end(backend):
     ball = Scene(glsl=text)
     options = {"material": DiffusePhong(), "size": (64, 64), "samples": 2}
     light = Light.load("studio")
-    ours = torch_backend.frame(ball, random_net(), light, **options, backend=backend)
-    assert psnr_inside(ours, gl_frame(ball, random_net(), light, **options)) > (50 if backend == "torch" else 45)
+    ours = frame(ball, random_net(), light, **options, backend=backend)
+    assert psnr_inside(ours, frame(ball, random_net(), light, **options)) > (50 if backend == "torch" else 45)
 
 
 def test_pictures_of_many_tiles_are_put_together(monkeypatch):
     options = {"material": Diffuse(), "size": (50, 38), "background": True}
     light = Light.load("studio")
-    whole = torch_backend.frame(scene(), random_net(), light, **options)
-    monkeypatch.setattr(frame, "_TILE", 16)
-    np.testing.assert_allclose(torch_backend.frame(scene(), random_net(), light, **options).rgb, whole.rgb, atol=1e-5)  # float32
+    whole = frame(scene(), random_net(), light, **options, backend="torch")
+    monkeypatch.setattr(opengl, "_TILE", 16)
+    np.testing.assert_allclose(frame(scene(), random_net(), light, **options, backend="torch").rgb, whole.rgb, atol=1e-5)  # float32
 
 
 @pytest.mark.parametrize(("width", "layers"), [(16, 2), (512, 8)])
@@ -88,9 +88,8 @@ def test_warp_needs_no_opengl(monkeypatch):
     def absent():
         raise SdfprtError("no OpenGL 4.3 on this machine")
 
-    monkeypatch.setattr(frame, "context", absent)
-    monkeypatch.setattr(backends, "context", absent)
-    renderer.cache_clear()
+    monkeypatch.setattr("sdfprt.core.opengl._make_context", absent)
+    monkeypatch.setattr("sdfprt.rendering.programs.context", absent)
     assert backends.choose(random_net()) == "warp"
     light = Light.load("studio")
     picture = backends.frame(scene(), random_net(), light, Diffuse(), Camera(), (32, 32), backend="auto")
@@ -101,6 +100,8 @@ def test_warp_needs_no_opengl(monkeypatch):
 
 def test_auto_takes_the_cheapest_for_network_and_picture_and_asks_once_for_each_network(monkeypatch, tmp_path):
     monkeypatch.setenv("SDFPRT_CACHE", str(tmp_path))
+    assert backends.choose(random_net(16), (100, 100)) == "glsl"  # measuring would take longer
+    monkeypatch.setattr(backends, "MEASURED_FROM", 0)
     asked = []
 
     def faked(net):
@@ -193,6 +194,7 @@ class Runtime:
         self.registered.remove(resource.value)
 
 
+@in_render_thread
 def textures_of_one_size():
     rng = np.random.default_rng(0)
     pictures = [rng.random((5, 3, 4), np.float32) for _ in range(2)]
@@ -208,7 +210,7 @@ def test_cuda_and_its_twin_give_the_same_planes():
         assert torch.equal(shared.planes(textures), HostPlanes().planes(textures))
     assert runtime.calls.count("cudaGraphicsGLRegisterImage") == 2  # once a texture, not once a frame
     assert not runtime.mapped
-    shared.release()
+    shared.forget(textures)
     assert not runtime.registered
 
 

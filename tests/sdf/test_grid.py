@@ -14,8 +14,7 @@ from sdfprt.core import kernels
 from sdfprt.core.errors import SdfprtError
 from sdfprt.light.light import Light
 from sdfprt.mesh import distance
-from sdfprt.rendering.frame import frame
-from sdfprt.rendering.torch_backend import frame as torch_frame
+from sdfprt.rendering.backends import frame
 from sdfprt.sdf import fidelity, grid
 from sdfprt.sdf.check import check
 from sdfprt.sdf.neural.fit import fit_net
@@ -126,7 +125,7 @@ def test_a_saved_grid_is_the_same_scene_and_other_samples_are_another(ball: Scen
 def test_grids_render_as_other_scenes_do(ball: Scene) -> None:
     light, net = Light.load("studio"), random_net(width=16)
     glsl = frame(ball, net, light, size=(48, 48))
-    warp = torch_frame(ball, net, light, size=(48, 48))
+    warp = frame(ball, net, light, size=(48, 48), backend="warp")
     assert np.abs(glsl.rgb - warp.rgb)[(glsl.alpha > 0) & (warp.alpha > 0)].max() < 1e-3 and glsl.alpha.mean() > 0.1
     truth = reference(ball, Light(np.ones((4, 8, 3), np.float32)), size=(16, 16), spp=16)
     assert truth.max() == pytest.approx(0.5, abs=0.05)  # furnace: a convex body of albedo 0.5

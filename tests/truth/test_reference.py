@@ -17,7 +17,7 @@ from sdfprt.maths import sphere
 from sdfprt.sdf import trace
 from sdfprt.sdf.scene import Scene
 from sdfprt.truth import path_tracing
-from sdfprt.truth.path_tracing import Result, reference, reference_image
+from sdfprt.truth.path_tracing import Traced, reference, reference_image
 
 BALL = Scene(glsl="float sdf(vec3 p) { return length(p) - 0.7; }")
 HALL = Scene(glsl="float sdf(vec3 p) { return min(length(p - vec3(0.0, 0.2, 0.0)) - 0.4, p.y + 0.8); }")
@@ -26,7 +26,7 @@ SIZE = (24, 24)
 SKY = Light(np.random.default_rng(3).random((16, 32, 3)).astype(np.float32) ** 8).rotated(yaw=40.0)
 
 
-def scores(result: Result, expected: np.ndarray) -> np.ndarray:
+def scores(result: Traced, expected: np.ndarray) -> np.ndarray:
     """Difference in standard errors, one number a hit pixel; errors from few packets are shared over the picture."""
     hit = result.alpha > 0
     sigma = np.sqrt(np.mean(result.standard_error[hit] ** 2, axis=0))

@@ -1,0 +1,107 @@
+"""What every renderer takes beside scene and light, `Shot`, and what it gives, `Frame`.
+
+    shot = compose(scene, material=Phong(32), size=(640, 480), gloss="sh")      # the scene's own camera
+    frame = draw(scene, asset, light, shot)
+
+A renderer that cannot honour an option refuses it (`Shot.refuse_beyond`): none is ever ignored.
+"""
+
+from dataclasses import dataclass, field, fields
+from typing import Any, Protocol, runtime_checkable
+
+from jaxtyping import Float
+from numpy import ndarray
+
+from sdfprt.core import settings
+from sdfprt.core.errors import SdfprtError
+from sdfprt.imaging.camera import Camera
+from sdfprt.material.lobes import Material
+from sdfprt.maths import sh
+
+PRODUCTS = ("tpfl", "tp")
+
+
+@dataclass(frozen=True)
+class Lighting:
+    """How light is joined with transfer.
+
+    `product`: `tpfl`, the light fixed in one matrix a frame, or `tp`, the whole triple product in each fragment; the same
+    picture. Bands default to those of transfer. `dering` windows the light's coefficients until they are nowhere negative.
+    """
+
+    dering: bool = False
+    light_bands: int | None = None
+    result_bands: int | None = None
+    product: str = settings.Render.product
+
+    def __post_init__(self) -> None:
+        if self.product not in PRODUCTS:
+            raise SdfprtError(f"product {self.product}: there is no such one; there are {' and '.join(PRODUCTS)}")
+        for name, bands in (("light", self.light_bands), ("result", self.result_bands)):
+            if bands is not None and not 1 <= bands <= sh.MAX_BANDS:
+                raise SdfprtError(f"{name} bands {bands}: give 1 to {sh.MAX_BANDS}")
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One picture of a scene: `size` (W, H) in pixels, samples x samples rays in each; `background` shows the light behind."""
+
+    material: Material
+    camera: Camera
+    size: tuple[int, int] = (settings.Render.width, settings.Render.height)
+    samples: int = settings.Render.samples
+    background: bool = False
+    lighting: Lighting = field(default_factory=Lighting)
+
+    def __post_init__(self) -> None:
+        if len(self.size) != 2 or min(self.size) < 1 or self.samples < 1:
+            raise SdfprtError(f"a picture of {self.size} pixels and {self.samples} samples: give at least 1 of each")
+
+    @property
+    def fine(self) -> tuple[int, int]:
+        """Samples along width and height."""
+        return self.size[0] * self.samples, self.size[1] * self.samples
+
+    def refuse_beyond(self, renderer: str, *honoured: str) -> None:
+        """Raises SdfprtError for an option of `lighting` that is not its default and not among those honoured."""
+        for option in fields(Lighting):
+            value = getattr(self.lighting, option.name)
+            if option.name not in honoured and value != option.default:
+                raise SdfprtError(f"{renderer} has no option {option.name} = {value}; leave it out")
+
+
+@runtime_checkable
+class Framed(Protocol):
+    """What has a material and a camera of its own: a scene."""
+
+    @property
+    def material(self) -> Material: ...
+    @property
+    def camera(self) -> Camera: ...
+
+
+def compose(
+    own: Framed,
+    material: Material | None = None,
+    camera: Camera | None = None,
+    size: tuple[int, int] = (settings.Render.width, settings.Render.height),
+    samples: int = settings.Render.samples,
+    background: bool = False,
+    **lighting: Any,
+) -> Shot:
+    """The shot of these options, with the scene's own material and camera where none is given.
+
+    `lighting` are the fields of Lighting. Raises SdfprtError for one that is not there, and for values out of range.
+    """
+    if unknown := lighting.keys() - {option.name for option in fields(Lighting)}:
+        raise SdfprtError(f"a picture has no option {', '.join(sorted(unknown))}")
+    return Shot(material or own.material, camera or own.camera, size, samples, background, Lighting(**lighting))
+
+
+@dataclass(frozen=True)
+class Frame:
+    """`rgb` linear radiance, `alpha` share of rays that hit, `dering` strength of the light's window, or 0."""
+
+    rgb: Float[ndarray, "h w 3"]
+    alpha: Float[ndarray, "h w"]
+    dering: float = 0.0

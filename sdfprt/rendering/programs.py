@@ -1,0 +1,146 @@
+"""The shader programs of the renderer: compiled at their first use, kept for each scene and each size of network.
+
+Weights, light, colours and camera change without compiling.
+"""
+
+import functools
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import moderngl
+
+from sdfprt.core import kernels, settings
+from sdfprt.core.errors import SdfprtError
+from sdfprt.core.opengl import context, driver
+from sdfprt.imaging.shot import Shot
+from sdfprt.network.mlp import TransferNet
+from sdfprt.rendering.pieces import (
+    SURFACE,
+    VERSION,
+    Variant,
+    defines,
+    fixed_fragment,
+    light_compute,
+    light_pieces,
+    lobes_of,
+    network_uniforms,
+    piece,
+    place,
+    scene_uniforms,
+    surface_fragment,
+)
+from sdfprt.rendering.targets import TARGET_SAMPLES, Kept, Target, Texture, network_texture, scene_texture
+from sdfprt.rendering.uniforms import set_uniforms
+from sdfprt.rendering.units import SAMPLERS, Unit, scene_samplers
+from sdfprt.sdf.scene import Scene
+
+PROGRAMS = 24  # kept at most, of each kind; and textures
+
+
+class FullScreen:
+    """A program that runs on each fragment of what is drawn to, by one triangle."""
+
+    def __init__(self, program: moderngl.Program) -> None:
+        self.program = program
+        self.triangle = context().vertex_array(program, [])
+
+    def draw(self) -> None:
+        self.triangle.render(moderngl.TRIANGLES, vertices=3)
+
+    def release(self) -> None:
+        self.triangle.release()
+        self.program.release()
+
+
+class Programs:
+    """Programs, textures and targets of one context."""
+
+    def __init__(self) -> None:
+        self.full_screens: Kept[str, FullScreen] = Kept(PROGRAMS)  # by the last piece, or the scene's text
+        self.lightings: Kept[tuple, moderngl.ComputeShader] = Kept(PROGRAMS)
+        self.targets: Kept[tuple[int, int], Target] = Kept(TARGET_SAMPLES, lambda size: size[0] * size[1])
+        self.textures: Kept[str, Texture] = Kept(PROGRAMS)
+        self.weights: Kept[str, moderngl.Texture] = Kept(PROGRAMS)
+        self.lit: dict[str, int] = {}  # samples, by the network's digest
+
+    def scene_program(self, scene: Scene) -> FullScreen:
+        """The program of the first pass, with what belongs to the scene set."""
+        made = self._full_screen(scene.shader_source, lambda: surface_fragment(scene), SURFACE, scene.file)
+        samplers = scene_samplers(list(scene.texels))
+        # A field may read none of its textures, and one that is a constant needs no taps
+        set_uniforms(made.program, (*samplers, "normalStep", "once"), once=1, **scene_uniforms(scene), **samplers)
+        for unit, texels in zip(samplers.values(), scene.texels.values(), strict=True):
+            self.textures.get(kernels.texture(texels.values), lambda t=texels: scene_texture(context(), t)).use(unit)
+        return made
+
+    def lighting_program(self, net: TransferNet, variant: Variant) -> moderngl.ComputeShader:
+        """The program of the second pass, with what belongs to the network set."""
+
+        def compiled() -> moderngl.ComputeShader:
+            with _placed(light_pieces(variant), "network"):
+                return context().compute_shader(light_compute(net, variant))
+
+        program = self.lightings.get((defines(net, variant), variant, net.bands), compiled)
+        self.weights.get(net.digest, lambda: network_texture(context(), net)).use(Unit.WEIGHTS)
+        names = ("networkWeights", "surfacePoint", "surfaceDirection", "surfaceColour")
+        values = {"once": 1, **network_uniforms(net), **{name: SAMPLERS[name] for name in names}}
+        set_uniforms(program, values, **values)  # the driver drops what weights as constants and colours do not need
+        return program
+
+    def fixed_program(self, pieces: tuple[str, ...]) -> FullScreen:
+        """The program of a pass without anything of the scene's or the network's: FREE or BACKGROUND."""
+        return self._full_screen(pieces[-1], lambda: fixed_fragment(pieces), pieces, pieces[-1])
+
+    def choose_variant(self, net: TransferNet, shot: Shot) -> Variant:
+        """The lighting program for this shot.
+
+        A GPU's invocation takes one point. On a CPU, where each fetch of a weight is dear, it takes 8 (on llvmpipe 4, 8 and 16
+        ran at 0.76, 1 and 0.96 of the speed of 8, k=64), and compiling the weights in, which takes seconds, pays after some frames.
+        """
+        points, constant = 1, ""
+        if on_cpu():
+            self.lit[net.digest] = self.lit.get(net.digest, 0) + shot.fine[0] * shot.fine[1]
+            few = sum(weight.size for weight, _ in net.weights) <= settings.Render.constant_most
+            pays = few and self.lit[net.digest] > settings.Render.constant_after
+            points, constant = (1, net.digest) if pays else (8, "")
+        options = shot.lighting
+        return Variant(
+            lobes_of(shot.material),
+            options.light_bands or net.bands,
+            options.result_bands or net.bands,
+            options.product == "tpfl",
+            points,
+            constant,
+        )
+
+    def target(self, size: tuple[int, int]) -> Target:
+        return self.targets.get(size, lambda: Target(size))
+
+    def _full_screen(self, key: str, text: Callable[[], str], pieces: tuple[str, ...], file: str) -> FullScreen:
+        def compiled() -> FullScreen:
+            with _placed(pieces, file):
+                return FullScreen(context().program(vertex_shader=f"{VERSION}\n{piece('vertex')}", fragment_shader=text()))
+
+        return self.full_screens.get(key, compiled)
+
+
+@contextmanager
+def _placed(pieces: tuple[str, ...], file: str) -> Iterator[None]:
+    """The driver's refusal as our error, with lines of the pieces."""
+    try:
+        yield
+    except moderngl.Error as error:
+        message = place(str(error), pieces)
+        raise SdfprtError(f"{file}: the OpenGL driver does not take the shader: {message}") from None
+
+
+@functools.cache
+def programs() -> Programs:
+    """Those of the context that everything draws in."""
+    return Programs()
+
+
+@functools.cache
+def on_cpu() -> bool:
+    """Whether the driver computes on the CPU."""
+    return any(name in driver() for name in ("llvmpipe", "softpipe", "SwiftShader"))

@@ -1,0 +1,105 @@
+"""What is drawn to, and textures that are read: kept while they are used, the longest unused released first.
+
+All of it belongs to the context's thread (core/opengl.py), and to any other context that is given.
+"""
+
+import sys
+from collections import OrderedDict
+from collections.abc import Callable
+from typing import Generic, Protocol, TypeVar, runtime_checkable
+
+import moderngl
+import numpy as np
+
+from sdfprt.core.opengl import context
+from sdfprt.light.light import Light
+from sdfprt.network.mlp import TransferNet
+from sdfprt.rendering.pieces import GRAIN, weights_texture
+from sdfprt.sdf.textures import Texels
+
+Texture = moderngl.Texture | moderngl.Texture3D
+TARGET_SAMPLES = 5 << 18  # of all targets that are kept together, 84 bytes each: a full tile and a quarter
+
+
+@runtime_checkable
+class _Released(Protocol):
+    def release(self) -> None: ...
+
+
+_K = TypeVar("_K")
+_R = TypeVar("_R", bound=_Released)
+
+
+class Kept(Generic[_K, _R]):
+    """Things by key, made at their first use; the longest unused go where the sizes of all exceed `most`, the newest never."""
+
+    def __init__(self, most: int, size: Callable[[_K], int] = lambda _: 1) -> None:
+        self.most, self.size = most, size
+        self.things: OrderedDict[_K, _R] = OrderedDict()
+
+    def get(self, key: _K, make: Callable[[], _R]) -> _R:
+        if key in self.things:
+            self.things.move_to_end(key)
+            return self.things[key]
+        # Room first: what goes and what comes never lie side by side
+        if self.things and sum(map(self.size, self.things)) + self.size(key) > self.most:
+            while self.things and sum(map(self.size, self.things)) + self.size(key) > self.most:
+                self.things.popitem(last=False)[1].release()
+        self.things[key] = make()
+        return self.things[key]
+
+
+class Target:
+    """Textures of one tile: free cones, what the first pass sees, the list of its hits, and the radiance of the second."""
+
+    def __init__(self, size: tuple[int, int]) -> None:
+        gl = context()
+        self.size = size
+        self.seen = [gl.texture(size, 4, dtype="f4") for _ in range(3)]
+        self.radiance = gl.texture(size, 4, dtype="f4")
+        self.cones = gl.texture((-(-size[0] // GRAIN), -(-size[1] // GRAIN)), 1, dtype="f4")
+        self.coarse = gl.framebuffer([self.cones])
+        self.depth = gl.depth_renderbuffer(size)
+        self.surface = gl.framebuffer(self.seen, self.depth)
+        self.closed = gl.framebuffer(depth_attachment=self.depth)
+        self.light = gl.framebuffer([self.radiance])
+        self.list = gl.buffer(reserve=4 * (1 + size[0] * size[1]))
+
+    def release(self) -> None:
+        if (interop := sys.modules.get("sdfprt.core.interop")) is not None:  # loads torch; not there, nothing is mapped
+            interop.forget(self.seen)
+        for thing in (self.coarse, self.surface, self.closed, self.light, self.depth, self.cones, self.radiance, self.list):
+            thing.release()
+        for texture in self.seen:
+            texture.release()
+
+
+def scene_texture(gl: moderngl.Context, texels: Texels) -> Texture:
+    """A scene's texture on a context: linear; a volume is clamped at its faces, a picture repeats."""
+    if texels.flat:
+        pixels = np.ascontiguousarray(texels.values.transpose(1, 2, 0))
+        made = gl.texture(pixels.shape[1::-1], 4, pixels.tobytes(), dtype="f4")
+    else:
+        values = np.ascontiguousarray(texels.values)
+        made = gl.texture3d(values.shape[::-1], 1, values.tobytes(), dtype="f2" if values.itemsize == 2 else "f4")
+        made.repeat_z = False
+    made.repeat_x = made.repeat_y = texels.flat
+    made.filter = (moderngl.LINEAR, moderngl.LINEAR)
+    return made
+
+
+def network_texture(gl: moderngl.Context, net: TransferNet) -> moderngl.Texture:
+    """A network's weights, as network.glsl reads them."""
+    values = weights_texture(net)
+    made = gl.texture(values.shape[1::-1], 4, values.tobytes(), dtype="f4")
+    made.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return made
+
+
+def environment_texture(gl: moderngl.Context, light: Light) -> moderngl.Texture:
+    """A light's map, as background.glsl reads it."""
+    height, width = light.pixels.shape[:2]
+    made = gl.texture((width, height), 3, np.ascontiguousarray(light.pixels, np.float32).tobytes(), dtype="f4")
+    made.repeat_y = False
+    made.filter = (moderngl.LINEAR, moderngl.LINEAR)
+    return made

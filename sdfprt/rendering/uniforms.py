@@ -1,0 +1,64 @@
+"""Uniforms: what a frame may change without compiling. A name that a program does not have is an error, if not called optional."""
+
+from collections.abc import Collection
+from typing import Any
+
+import moderngl
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from sdfprt.core.errors import SdfprtError
+from sdfprt.imaging.camera import Camera
+from sdfprt.material import shading
+from sdfprt.material.lobes import Material, parts
+from sdfprt.rendering.pieces import Variant
+from sdfprt.sdf.scene import Scene
+
+Program = moderngl.Program | moderngl.ComputeShader
+
+
+def set_uniforms(program: Program, optional: Collection[str] = (), **uniforms: Any) -> None:
+    """Set uniforms; those in `optional` may be missing, since a variant of the program does not use them.
+
+    Raises SdfprtError for another name that the program does not have.
+    """
+    for name, value in uniforms.items():
+        member = program.get(name, None)
+        if isinstance(member, moderngl.Uniform):
+            if isinstance(value, ndarray):
+                member.write(value.astype(np.float32).tobytes())
+            else:
+                member.value = value
+        elif name not in optional:
+            raise SdfprtError(f"the shader has no uniform {name}")
+
+
+def set_light(program: Program, variant: Variant, bands: int, light: Float[ndarray, "k 3"]) -> list[moderngl.Buffer]:
+    """A vector for diffuse; for glossy a matrix a channel, or the coefficients. Returns buffers to release."""
+    quads, rows = -(-(bands**2) // 4), -(-(variant.result_bands**2) // 4)
+    vector = np.zeros((4 * quads, 3))
+    vector[: bands**2] = shading.diffuse_vector(light, bands)
+    optional = ("diffuseLight", "lightCoefficients")  # by the material's lobes
+    set_uniforms(program, optional, diffuseLight=vector.T.copy(), lightCoefficients=light)
+    block = program.get("GlossyLight", None)
+    if not isinstance(block, moderngl.UniformBlock):
+        return []
+    padded = np.zeros((3, 4 * rows, 4 * quads), np.float32)
+    padded[:, : variant.result_bands**2, : bands**2] = shading.glossy_matrix(light, bands, variant.result_bands)
+    blocks = padded.reshape(3, rows, 4, quads, 4).transpose(0, 1, 3, 4, 2)
+    buffer = program.ctx.buffer(np.ascontiguousarray(blocks).tobytes())
+    block.binding = 0
+    buffer.bind_to_uniform_block(0)
+    return [buffer]
+
+
+def set_material(program: Program, scene: Scene, material: Material) -> None:
+    optional = ("hasAlbedo", "hasExponent", "albedo", "specular", "exponent")  # by the material's lobes
+    set_uniforms(program, optional, hasAlbedo=scene.has_albedo, hasExponent=scene.has_exponent, **parts(material))
+
+
+def set_camera(program: Program, camera: Camera, viewport: tuple[int, int, int, int], grain: int = 1) -> None:
+    """`viewport`: first sample of the tile, samples of the whole picture; a fragment stands for `grain` of them along a side."""
+    own = tuple(v / grain for v in viewport)
+    set_uniforms(program, ("eye",), eye=tuple(camera.eye), axes=camera.plane(viewport[2] / viewport[3]), viewport=own)

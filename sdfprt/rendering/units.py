@@ -1,0 +1,30 @@
+"""Texture units: which sampler of the shaders reads where, in the renderer, the page and the window alike."""
+
+from enum import IntEnum
+
+
+class Unit(IntEnum):
+    """A texture unit; those of a scene's own textures are SCENE, SCENE + 1 …"""
+
+    POINT = 0  # what the first pass saw, read by the second
+    NORMAL = 1
+    COLOUR = 2
+    ENVIRONMENT = 3  # the light behind the scene
+    WEIGHTS = 4  # of the network
+    CONES = 7  # how far the coarse pass was free
+    SCENE = 8
+
+
+SAMPLERS = {
+    "surfacePoint": Unit.POINT,
+    "surfaceDirection": Unit.NORMAL,
+    "surfaceColour": Unit.COLOUR,
+    "environment": Unit.ENVIRONMENT,
+    "networkWeights": Unit.WEIGHTS,
+    "freeCones": Unit.CONES,
+}  # uniform -> unit
+
+
+def scene_samplers(names: list[str]) -> dict[str, int]:
+    """Units of a scene's own textures, in their order."""
+    return {name: Unit.SCENE + number for number, name in enumerate(names)}

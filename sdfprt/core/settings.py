@@ -115,7 +115,7 @@ class Mesh:
     picture: int = 2**28  # pixels of a texture's file, at most
     crease: float = 30.0  # degrees between triangles from which on an edge is sharp where the file has no normals
     far: float = 500.0  # sizes from the origin beyond which a mesh is moved there: float32 keeps 24 bits
-    lift: float = 2e-5  # how far off the surface a ray begins, of the scene
+    lift: float = 4e-6  # how far off the surface a ray begins, of the scene
 
 
 @dataclass(frozen=True)

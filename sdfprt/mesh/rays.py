@@ -1,0 +1,103 @@
+"""What a ray meets of a mesh: whether it is free, and what it meets first; by Embree, packets of rays on all threads."""
+
+import weakref
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy import ndarray
+
+from sdfprt.core import kernels, settings
+from sdfprt.imaging.camera import Camera
+from sdfprt.mesh.embree import Tree
+from sdfprt.mesh.scene import MeshScene
+
+_trees: weakref.WeakKeyDictionary[MeshScene, Tree] = weakref.WeakKeyDictionary()
+
+
+def tree(scene: MeshScene) -> Tree:
+    """Of the scene, built at its first use and kept as long as the scene is."""
+    if scene not in _trees:
+        _trees[scene] = Tree(scene.vertices, scene.faces)
+    return _trees[scene]
+
+
+def lift(scene: MeshScene) -> float:
+    """How far off the surface a ray begins, so that it does not meet what it leaves; scene units.
+
+    A fraction of the scene, and some roundings of its largest coordinate.
+    """
+    return settings.Mesh.lift * scene.diagonal + 1e-6 * float(np.abs(scene.bounds).max())
+
+
+@dataclass(frozen=True)
+class Hits:
+    """Of each ray: the triangle that it meets first, -1 for none; weights of its second and third corner; how far it is."""
+
+    faces: Int[ndarray, "n"]
+    weights: Float[ndarray, "n 2"]
+    distance: Float[ndarray, "n"]
+    front: Bool[ndarray, "n"]  # whether it meets the side from which the triangle's corners run counter-clockwise
+
+
+def meet(scene: MeshScene, origins: Float[ndarray, "*n 3"], directions: Float[ndarray, "n 3"]) -> Hits:
+    """What each ray meets first; directions need not have unit length; one origin or one a ray."""
+    count = len(directions)
+    out = _cast(scene, origins, directions, "mesh/meet.h", 5).reshape(5, -1)[:, :count]
+    faces = np.ascontiguousarray(out[0]).view(np.int32)
+    return Hits(faces, out[1:3].T.copy(), out[3].copy(), out[4] > 0)
+
+
+def free(scene: MeshScene, origins: Float[ndarray, "*n 3"], directions: Float[ndarray, "n 3"]) -> Bool[ndarray, "n"]:
+    """Whether each ray meets nothing."""
+    return _cast(scene, origins, directions, "mesh/free.h", 1)[: len(directions)] > 0.5
+
+
+def _cast(scene: MeshScene, origins: ndarray, directions: ndarray, piece: str, columns: int) -> ndarray:
+    padded = kernels.padded(len(directions))
+    rows = np.zeros((6, padded), np.float32)
+    rows[:3, : len(directions)] = np.broadcast_to(origins, directions.shape).T
+    rows[3:, : len(directions)] = directions.T
+    rows[3, len(directions) :] = 1.0
+    out = kernels.zeros(columns * padded)
+    flat = kernels.FLOATS
+    kernel = kernels.build("", ("mesh/embree.h", piece), {"rows": flat, "out": flat, "handles": kernels.WHOLES, "total": int})
+    handles = kernels.array(tree(scene).handles(kernels.lanes()), int)
+    kernels.launch(kernel, padded // kernels.lanes(), [kernels.array(rows), out, handles, padded])
+    return out.numpy()
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a camera sees, one row a hit sample: points, unit shading normals towards the eye, unit directions of view, triangles
+    and weights; `dark` are closed bodies seen from inside; `mask` (H, W) tells which samples hit."""
+
+    points: Float[ndarray, "n 3"]
+    normals: Float[ndarray, "n 3"]
+    directions: Float[ndarray, "n 3"]
+    faces: Int[ndarray, "n"]
+    weights: Float[ndarray, "n 2"]
+    dark: Bool[ndarray, "n"]
+    mask: Bool[ndarray, "h w"]
+
+
+def seen(scene: MeshScene, camera: Camera, size: tuple[int, int], samples: int = 1) -> Seen:
+    """Hits of all rays of a camera; size is (W, H), the mask has samples times as many rows and columns."""
+    origin, directions = camera.rays(size, samples)
+    flat = directions.reshape(-1, 3).astype(np.float32)
+    hits = meet(scene, origin, flat)
+    mask = hits.faces >= 0
+    faces, weights, front = hits.faces[mask], hits.weights[mask], hits.front[mask]
+    points = scene.interpolated(scene.vertices, faces, weights).astype(np.float32)
+    normals = shading_normals(scene, faces, weights, front)
+    dark = ~front & ~scene.two_sided[faces]
+    return Seen(points, normals, flat[mask], faces, weights, dark, mask.reshape(directions.shape[:2]))
+
+
+def shading_normals(
+    scene: MeshScene, faces: Int[ndarray, "n"], weights: Float[ndarray, "n 2"], front: Bool[ndarray, "n"]
+) -> Float[ndarray, "n 3"]:
+    """Interpolated, of unit length, on the side that is seen."""
+    normals = scene.interpolated(scene.normals, faces, weights)
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    return (np.where(front[:, None], 1, -1) * normals / np.maximum(length, 1e-12)).astype(np.float32)

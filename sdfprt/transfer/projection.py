@@ -1,0 +1,74 @@
+"""What the kernels of transfer read: directions of a point's rays, the same for every kind of scene, and constants of the SH."""
+
+import functools
+from math import factorial, pi, sqrt
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+LANES = 8  # of a packet: kernels/core/simd.h packs them by a table
+SHIFTS = 16  # orders of a point's rays, as in kernels/transfer/projection.h
+
+
+@functools.cache
+def recurrence(bands: int) -> ndarray:
+    """What kernels/transfer/projection.h builds the basis from, three numbers at index m * bands + l, with the real basis' sqrt(2).
+
+    y_mm of a direction along the x axis, and a, b of y_{l+1,m} = a z y_lm - b y_{l-1,m}.
+    """
+    norms = np.zeros((bands + 2, bands + 2))
+    for m in range(bands):
+        for degree in range(m, bands + 1):
+            scale = (2 * degree + 1) / (4 * pi) * factorial(degree - m) / factorial(degree + m)
+            norms[m, degree] = sqrt(scale) * (sqrt(2) if m else 1)
+    table = np.zeros((bands, bands, 3), np.float32)
+    for m in range(bands):
+        for degree in range(m, bands):
+            after = norms[m, degree + 1] / (degree - m + 1)
+            first = (-1) ** m * np.prod(np.arange(1, 2 * m, 2)) * norms[m, m]
+            before = (degree + m) * after / norms[m, degree - 1] if degree > m else 0.0
+            table[m, degree] = first, (2 * degree + 1) * after / norms[m, degree], before
+    return table
+
+
+@functools.cache
+def sequence(rays: int) -> ndarray:
+    """For each of SHIFTS shifts of u, the R2 sequence of (u, v) in an order such that each packet of lanes covers a patch of
+    directions: u, then cos(2 pi v), then sin(2 pi v) of all rays.
+
+    Padded to whole packets by u of -1, which the kernel leaves out.
+    """
+    number = np.arange(rays) + 0.5
+    u, turn = number * 0.7548776662 % 1, 2 * np.pi * (number * 0.5698402910 % 1)
+    rows = np.stack([u, np.cos(turn), np.sin(turn)])
+    padding = np.full((3, -rays % LANES), -1.0)
+    shifted = []
+    for shift in range(SHIFTS):
+        radius = np.sqrt((u + (shift + 0.5) / SHIFTS) % 1)
+        order = _halved(radius[:, None] * rows[1:].T, np.arange(rays))
+        shifted.append(np.concatenate([rows[:, order], padding], axis=1))
+    return np.concatenate(shifted).astype(np.float32)
+
+
+def _halved(places: Float[ndarray, "n 2"], numbers: ndarray) -> ndarray:
+    """Numbers of places such that each packet of lanes is a patch: halves by the longer side, and halves of those."""
+    packets = -(-len(numbers) // LANES)
+    if packets < 2:
+        return numbers
+    middle = packets // 2 * LANES
+    here = places[numbers]
+    along = numbers[np.argsort(here[:, np.argmax(np.ptp(here, axis=0))], kind="stable")]
+    return np.concatenate([_halved(places, along[:middle]), _halved(places, along[middle:])])
+
+
+def neighbours(points: Float[ndarray, "n 3"], box: Any) -> ndarray:
+    """Numbers of the points along a Z-order curve, so that those traced together read the same memory."""
+    low, high = np.asarray(box)
+    cell = np.clip((points - low) / (high - low).max() * 1024, 0, 1023).astype(np.int64)
+    place = np.zeros(len(points), np.int64)
+    for bit in range(10):
+        for axis in range(3):
+            place |= (cell[:, axis] >> bit & 1) << (3 * bit + axis)
+    return np.argsort(place, kind="stable")

@@ -1,144 +1,314 @@
-"""Which function of the user's text is the distance, and the expression that calls it; and what the host's own main is."""
+"""Which function of the user's text is the distance, how it is called at a point, and what the host's own main is."""
 
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 
 from sdfprt.core.errors import GlslError
-from sdfprt.glsl.scanner import code_only
+from sdfprt.glsl.results import Result, read_result
+from sdfprt.glsl.scanner import BUILT_IN_TYPE, Function, Parameter, Tokens, declarations, edited, is_word, scan
+from sdfprt.glsl.uses import Program
 
-# First found is taken; authors differ in case
+# The contract: these are taken wherever they stand, in this order
+_EXACT = (("float", "sdf"), ("float", "map"), ("vec2", "map"))
+# Else the first of these, compared without case; authors differ
 _NAMES: Sequence[str] = (
-    "sdf map de scenesdf sdfscene scene_sdf sdscene sdscene_ scene getdist getdistance dist distance_estimator "
-    "distanceestimator distancefield distfield df dfield estimator world domap mapscene mapworld"
+    "sdf map de scenesdf sdfscene scene_sdf sdscene sdscene_ scene getdist getdistance get_dist get_distance dist distance "
+    "distance_estimator distanceestimator distanceestimate distance_field distancefield distfield df dfield estimator world domap "
+    "mapscene mapworld map_scene scenemap scene_map scenedist scenedistance scene_distance sdmap world_sdf worldsdf"
 ).split()
-_RESULTS = r"float|vec[234]|[A-Z]\w*"
-_HEAD = re.compile(rf"\b({_RESULTS})\s+(\w+)\s*\(([^()]*)\)\s*\{{")
-_PARAMETER = re.compile(r"\s*((?:(?:const|in|out|inout|highp|mediump|lowp)\s+)*)(\w+)(?:\s+(\w+))?\s*(\[[^\]]*\])?\s*\Z")
-# A call at o + t * d, or at p + e.xyy as for normals
-_MARCHED = r"\b{}\s*\(\s*\w+\s*[-+]\s*(?:\w+\s*\*\s*\w+|\w+\.[xyz]{{3}})\s*\)"
-_TIMES = ("t", "time", "itime", "tm", "u_time")
+_TIMES = ("t", "time", "itime", "tm", "u_time", "utime", "gtime", "g_time")
+# Functions of a point that are no distances: what their names hold
+_HELPERS = re.compile(
+    r"noise|hash|rand|rnd|fbm|perlin|simplex|worley|voronoi|remap|rescale|turbulence|lum[ai]|gr[ae]y|brightness|curvature|occlusion|"
+    r"shadow|normal|march|trace|density|pattern|texture|grad(?:ient)?\b|^ao$|^calcao|^getao",
+    re.I,
+)
+_MAINS = ("main", "mainImage", "mainVR", "mainSound", "mainCubemap")
+CALL = "sdfprt_entry_call"  # what `entry` says goes through the preprocessor under this name
 
 
 @dataclass(frozen=True)
 class Entry:
-    """`locals` are statements that go before; `value` is the distance at p; `note` says what was chosen, if anything was.
+    """How the distance at p is asked: `locals` are statements that go before, `result` what is then there.
 
-    `part` is the number of the part that p is nearest to, or nothing.
+    `invented` names arguments that the file gives no value, `note` says what was chosen, if anything was.
     """
 
+    functions: tuple[str, ...]  # that it calls itself
     locals: str
-    value: str
-    note: str
-    part: str
+    result: Result
+    invented: str = ""
+    note: str = ""
 
 
-def find_entry(bare: str, file: str) -> Entry:
-    """The distance among the functions that `bare`, preprocessed text without comments, defines.
+@dataclass(frozen=True)
+class _Call:
+    """A function with arguments for a point: `outs` are the variables given for out parameters."""
 
-    By name; where no name is known, the function that is called at points along a ray.
+    function: Function
+    before: str
+    arguments: str
+    outs: tuple[tuple[str, Parameter], ...]
+    extra: tuple[str, ...]  # parameters that got a value of ours, as "name = value"
+    invented: tuple[str, ...]  # those whose value nothing in the file says
+
+
+def find_entry(program: Program, file: str, wanted: str = "") -> Entry:
+    """The distance among the functions of a preprocessed text: `wanted`, a name or a call, where that is given.
+
+    Else by name; where no name is known, the function that is called at points along a ray, or the only one that can be meant.
+    Raises GlslError where there is none, or where two might be meant.
     """
-    named: list[tuple[tuple, Entry]] = []
-    others: dict[str, tuple[Entry, str]] = {}
-    for head in _HEAD.finditer(bare):
-        result, name, parameters = head.groups()
-        call = _call(name, parameters)
-        part = _part(bare, result, name)
-        if call is None or part is None:
-            continue
-        before, arguments, extra, invented = call
-        said = [f"its {part[1:]} is taken as the distance"] if part not in ("", ".x") else []
-        said += [f"its extra parameters are {extra}"] if extra else []
-        plain = name in ("sdf", "map") and result in ("float", "vec2") and not said
-        note = "" if plain else "; ".join([f"the distance is {result} {name}({parameters.strip()})", *said])
-        call = f"{name}({arguments})"
-        choice = Entry(before, call + part, note, f"{call}.y" if result == "vec2" else "")
-        if name.lower() in _NAMES:
-            named.append(((invented, _NAMES.index(name.lower()), bool(extra), result != "float"), choice))
-        elif not extra and result != "vec3":
-            others[name] = choice, bare[head.end() : _end(bare, head.end())]
-    if named:
-        return min(named, key=lambda pair: pair[0])[1]
-    if marched := [name for name in others if re.search(_MARCHED.format(name), bare)]:
-        outer = [name for name in marched if not any(re.search(rf"\b{name}\s*\(", others[other][1]) for other in marched)]
-        return others[(outer or marched)[-1]][0]
-    raise GlslError(
-        f"{file}: no entry point: the file needs float sdf(vec3 p), float map(vec3 p) or vec2 map(vec3 p) "
-        "(also known: vec4 or a struct as the result, and the names DE, scene, dist, sceneSDF, getDist)"
-    )
+    if wanted:
+        return _wanted(program, file, wanted)
+    calls = [call for function in program.file.functions if (call := _at_point(program, function))]
+    for result, name in _EXACT:
+        for call in calls:
+            plain = call.function.result == result and call.function.name == name
+            if plain and not call.extra and [p.type for p in call.function.parameters] == ["vec3"]:
+                return _entry(program, call) or _refuse(program, file, [])
+    marched = _marched(program, {call.function.name for call in calls})
+    known = [call for call in calls if call.function.name.lower() in _NAMES and not _rescales(call)]
+    for call in sorted(known, key=lambda call: _rank(program, call, known, marched)):
+        if entry := _entry(program, call):
+            return entry
+    others = [call for call in calls if call not in known and not call.extra and not _is_helper(program, call)]
+    others = [call for call in others if call.function.result != "vec3"]
+    if seen := _outer(program, [call for call in others if call.function.name in marched]):
+        for call in reversed(seen):
+            if entry := _entry(program, call):
+                return entry
+    only = [call for call in others if call.function.result == "float" and not program.called_by.get(call.function.name)]
+    if len(only) == 1 and (entry := _entry(program, only[0])):
+        return entry
+    return _refuse(program, file, only)
 
 
-def _end(bare: str, start: int) -> int:
-    """Where the brace closes that was opened before `start`; the end of the text where it never does."""
-    depth = 1
-    for brace in re.compile(r"[{}]").finditer(bare, start):
-        depth += 1 if brace[0] == "{" else -1
-        if depth == 0:
-            return brace.start()
-    return len(bare)
+def _entry(program: Program, call: _Call) -> Entry | None:
+    """None where the function gives no distance."""
+    function = call.function
+    spoken = f"{function.name}({call.arguments})"
+    if function.result == "void":
+        before, value = f"{call.before} {spoken};", ""
+    elif function.result == "float" and not call.outs:
+        before, value = call.before, spoken
+    else:
+        before, value = f"{call.before} {function.result} sdfprt_r = {spoken};", "sdfprt_r"
+    result = read_result(program, function, value, call.outs)
+    if result is None:
+        return None
+    exact = (function.result, function.name) in _EXACT and not call.extra
+    said = [f"the distance is {function.head}", *([result.said] if result.said else [])]
+    said += [f"its extra parameters are {', '.join(call.extra)}"] if call.extra else []
+    invented = ""
+    if call.invented:
+        names, verb = ", ".join(call.invented), "are" if len(call.invented) > 1 else "is"
+        parameters = ", ".join(["p" if p.type == "vec3" else p.name or "0" for p in function.parameters])
+        invented = (
+            f"{names} of {function.head} {verb} given no value by the file: taken as zero; "
+            f'set entry = "{function.name}({parameters})" in scene.toml, with values'
+        )
+    return Entry((function.name,), before.strip(), result, invented, "" if exact and not result.said else "; ".join(said))
 
 
-def _call(name: str, parameters: str) -> tuple[str, str, str, bool] | None:
-    """Statements before, arguments, what the parameters besides the point became, whether their values are invented.
-
-    None where there is no point.
-    """
-    before, arguments, extra, point, invented = [], [], [], False, False
-    for number, text in enumerate(parameters.split(",")):
-        found = _PARAMETER.match(text)
-        if found is None or found[4]:
+def _at_point(program: Program, function: Function) -> _Call | None:
+    """The call at a point p; None where the function takes none, or something that cannot be given."""
+    before, arguments, outs, extra, invented = [], [], [], [], []
+    pointed = False
+    point = "vec3" if any(p.type == "vec3" and not p.array and "out" not in p.qualifiers for p in function.parameters) else "vec4"
+    for number, parameter in enumerate(function.parameters):
+        kind, label = parameter.type, parameter.name
+        built_in = bool(BUILT_IN_TYPE.match(kind))
+        if parameter.array or not (built_in or kind in program.file.structs):
             return None
-        qualifiers, kind, label = found[1].split(), found[2], found[3] or ""
-        if kind == "vec3" and not point and "out" not in qualifiers:
-            arguments.append("p")
-            point = True
-        elif {"out", "inout"} & set(qualifiers):
-            builtin = re.fullmatch(r"float|int|uint|bool|[iub]?vec[234]|mat[234]", kind)
-            before.append(f"{kind} sdfprt_a{number}{f' = {kind}(0)' if builtin else ''};")
+        if kind == point and not pointed and "out" not in parameter.qualifiers:
+            value = "p" if point == "vec3" else "vec4(p, iTime)"
+            pointed = True
+            if "inout" in parameter.qualifiers:
+                before.append(f"{kind} sdfprt_p = {value};")
+                value = "sdfprt_p"
+            arguments.append(value)
+            extra += ["w = iTime"] if point == "vec4" else []
+        elif parameter.written:
+            before.append(f"{kind} sdfprt_a{number}{f' = {kind}(0)' if built_in else ''};")
             arguments.append(f"sdfprt_a{number}")
+            outs.append((f"sdfprt_a{number}", parameter))
         elif kind == "float" and label.lower() in _TIMES:
             arguments.append("iTime")
             extra.append(f"{label} = iTime")
-        elif re.fullmatch(r"float|int|uint|bool|[iub]?vec[234]|mat[234]", kind):
-            arguments.append(f"{kind}(0)")
-            extra.append(f"{label} = 0")
-            invented = True
+        elif built_in:
+            said = _constant_argument(program, function, number)
+            arguments.append(said or f"{kind}(0)")
+            extra.append(f"{label} = {said or 0}")
+            invented += [] if said else [label or f"argument {number + 1}"]
         else:
             return None
-    return (" ".join(before), ", ".join(arguments), ", ".join(extra), invented) if point else None
-
-
-def _part(bare: str, result: str, name: str) -> str | None:
-    """The component of the result that is the distance; None where the result is a struct without a float."""
-    if result == "float":
-        return ""
-    if result == "vec2" or result == "vec3":
-        return ".x"
-    if result == "vec4":  # whichever component of the result, or of vec4s at all, the file marches by
-        for where in (rf"\b{name}\s*\([^;]*?\)\.", r"\w\."):
-            w, x = (len(re.findall(rf"{where}{letter}\b", bare)) for letter in "wx")
-            if w != x:
-                return ".w" if w > x else ".x"
-        return ".x"
-    struct = re.search(rf"\bstruct\s+{result}\s*\{{([^}}]*)\}}", bare)
-    if struct is None:
+    if not pointed or function.result in ("bool", "mat2", "mat3", "mat4") or function.result.endswith("]"):
         return None
-    declared = re.findall(r"\bfloat\s+([^;]+);", struct[1])
-    members = [member.strip() for line in declared for member in line.split(",")]
-    liked = [member for member in members if member.lower() in ("d", "dist", "distance", "sd", "sdf", "dst", "t")]
-    return f".{(liked or members)[0]}" if members else None
+    if function.result in ("void", "int", "uint") and not outs:
+        return None
+    return _Call(function, " ".join(before), ", ".join(arguments), tuple(outs), tuple(extra), tuple(invented))
+
+
+def _constant_argument(program: Program, function: Function, number: int) -> str:
+    """What the file itself gives for a parameter in its first call, where that is a constant."""
+    tokens, every = program.file.tokens, program.file.tokens.all
+    for at in program.calls.get(function.name, ()):
+        spans = tokens.split(",", at + 2, tokens.partner[at + 1])
+        if len(spans) != len(function.parameters):
+            continue
+        a, b = spans[number]
+        words = [every[k].text for k in range(a, b) if is_word(every[k].text)]
+        constant = lambda w: w in ("true", "false") or BUILT_IN_TYPE.match(w) or w in program.constants  # noqa: E731
+        if all(map(constant, words)):
+            return tokens.source(a, b)
+    return ""
+
+
+def _rank(program: Program, call: _Call, known: Sequence[_Call], marched: set[str]) -> tuple:
+    """Of functions with known names the first is taken: no invented values, marched, called by no other, by name."""
+    name = call.function.name
+    above = program.callers([name]) - {name}
+    inner = any(other.function.name in above and not other.invented for other in known)
+    exact = name not in ("sdf", "map")
+    return bool(call.invented), name not in marched, inner, exact, _NAMES.index(name.lower()), bool(call.extra)
+
+
+def _rescales(call: _Call) -> bool:
+    """Whether a function maps values from one range to another: vec3 of a vec3 and two bounds or more, or bounds by their names."""
+    others = [p for p in call.function.parameters if not p.written][1:]
+    bounds = [p for p in others if re.match(r"(?:in|out|old|new|src|dst|from|to)?_?(?:lo|hi|low|high|min|max|from|to|start|end|[ab])\d?\Z", p.name, re.I)]
+    return len(others) >= 2 and (call.function.result == "vec3" or len(bounds) == len(others))
+
+
+def _is_helper(program: Program, call: _Call) -> bool:
+    """Whether a function is a hash, a noise or the like: by its name, or by what it returns."""
+    function = call.function
+    if _HELPERS.search(function.name):
+        return True
+    tokens, every = program.file.tokens, program.file.tokens.all
+    start, end = function.body or (0, 0)
+    returns = [k for k in range(start, end) if every[k].text == "return"]
+    if not returns:
+        return False
+    a = returns[-1] + 1
+    b = next((k for k in range(a, end) if every[k].text == ";"), end)
+    words = [every[k].text for k in range(start, end)]
+    hashed = "fract" in [every[k].text for k in range(a, b)] and bool({"sin", "dot"} & set(words)) and "length" not in words
+    return hashed or "floatBitsToUint" in words or _mixes_only(program, tokens, a, b)
+
+
+def _mixes_only(program: Program, tokens: Tokens, a: int, b: int) -> bool:
+    """Whether an expression is a mix of hashes or noises and nothing else."""
+    called = {tokens.all[k].text for k in range(a, b) if k + 1 < b and tokens.all[k + 1].text == "("} - {"mix"}
+    return bool(called) and all(name in program.named and _HELPERS.search(name) for name in called)
+
+
+def _marched(program: Program, names: set[str]) -> set[str]:
+    """Functions that the file calls at o + t * d or p + e.xyy, or in a loop whose step they are."""
+    tokens, every, found = program.file.tokens, program.file.tokens.all, set()
+    for name in names:
+        for at in program.calls.get(name, ()):
+            text = tokens.source(at, tokens.partner[at + 1] + 1)
+            taps = re.match(r"\w+\s*\(\s*\w+(?:\.\w+)?\s*[-+]\s*(?:\w+\s*\*\s*\w+|\w+\.[xyz]{3}|vec3\s*\()", text)
+            if taps or _steps(program, at):
+                found.add(name)
+                break
+    return found
+
+
+def _steps(program: Program, at: int) -> bool:
+    """Whether a call's value is what a ray goes on by: `float d = f(p); ... t += d`, in a loop."""
+    tokens, every = program.file.tokens, program.file.tokens.all
+    loop = program.loop(at)
+    if loop is None:
+        return False
+    before = at - 1
+    if every[before].text == "=" and is_word(every[before - 1].text):
+        name = every[before - 1].text
+        for k in range(at, loop[1]):
+            if every[k].text in ("+=", "-="):
+                end = next((j for j in range(k, loop[1]) if every[j].text == ";"), loop[1])
+                if name in tokens.words(k, end):
+                    return True
+        return False
+    return every[before].text == "+="
+
+
+def _outer(program: Program, calls: Sequence[_Call]) -> list[_Call]:
+    """Those that no other of them calls; all, where each is called."""
+    names = {call.function.name for call in calls}
+    inside = {called for name in names for called in program.uses[name].calls}
+    return [call for call in calls if call.function.name not in inside] or list(calls)
+
+
+def _wanted(program: Program, file: str, wanted: str) -> Entry:
+    """The function or the call that scene.toml names."""
+    name = re.match(r"\s*(\w*)", wanted)[1]  # type: ignore[index]
+    if name not in program.named:
+        near = get_close_matches(name, program.named, n=1)
+        hint = f" (did you mean '{near[0]}'?)" if near else ""
+        raise GlslError(f"{file}: entry = \"{wanted.strip()}\", but the file has no function '{name}'{hint}")
+    if wanted.strip() == name:
+        calls = [call for function in program.named[name] if (call := _at_point(program, function))]
+        for call in sorted(calls, key=lambda call: (len(call.invented), len(call.extra))):
+            if entry := _entry(program, call):
+                return entry
+        raise GlslError(f"{file}: entry = \"{name}\": {program.named[name][0].head} gives no distance of a point (vec3)")
+    tokens = scan(wanted)
+    last = tokens.partner.get(1, 0)
+    if len(tokens.all) < 3 or tokens.all[1].text != "(" or tokens.all[last].text != ")" or {";", "{", "}"} & {t.text for t in tokens.all}:
+        raise GlslError(f"{file}: entry = \"{wanted.strip()}\": give a function's name, or a call such as {name}(p, 0.0)")
+    spans = tokens.split(",", 2, last)
+    those = [function for function in program.named[name] if len(function.parameters) == len(spans)]
+    if not those:
+        raise GlslError(f"{file}: entry = \"{wanted.strip()}\": the file has {program.named[name][0].head}")
+    function = those[0]
+    before, arguments, outs = [], [], []
+    for number, (parameter, (a, b)) in enumerate(zip(function.parameters, spans, strict=True)):
+        text = tokens.source(a, b)
+        if parameter.written:
+            start = f" = {text}" if "inout" in parameter.qualifiers else ""
+            before.append(f"{parameter.type} sdfprt_a{number}{start};")
+            outs.append((f"sdfprt_a{number}", parameter))
+            text = f"sdfprt_a{number}"
+        arguments.append(text)
+    call = _Call(function, " ".join(before), ", ".join(arguments), tuple(outs), (), ())
+    entry = _entry(program, call)
+    rest = tokens.source(last + 1, len(tokens.all))
+    if rest or entry is None:  # map(p).y: the author says which component
+        whole = f"{name}({', '.join(arguments)}){rest}"
+        return Entry((name,), " ".join(before), Result(whole))
+    return Entry(entry.functions, entry.locals, entry.result)
+
+
+def _refuse(program: Program, file: str, several: Sequence[_Call]) -> Entry:
+    """Say why there is no entry."""
+    if len(several) > 1:
+        names = ", ".join(call.function.name for call in several[:5]) + (", ..." if len(several) > 5 else "")
+        raise GlslError(f'{file}: no entry point: {names} might be the distance; set entry = "{several[0].function.name}" in scene.toml')
+    for function in program.file.functions:
+        kinds = [("returns", function.result.split("[")[0]), *(("takes", p.type) for p in function.parameters)]
+        strange = [(verb, kind) for verb, kind in kinds if kind != "void" and not program.is_type(kind)]
+        if function.name.lower() in _NAMES and strange:
+            verb, kind = strange[0]
+            raise GlslError(f"{file}: no entry point: {function.name} {verb} {kind}, which the file does not define (give it in prelude.glsl)")
+    raise GlslError(
+        f"{file}: no entry point: the file needs float sdf(vec3 p), float map(vec3 p) or vec2 map(vec3 p) "
+        "(also known: vec4, a struct or out parameters, and the names DE, scene, dist, sceneSDF, getDist); "
+        'or name it: entry = "name" in scene.toml'
+    )
 
 
 def without_mains(body: str) -> str:
     """The text with the bodies of main, mainImage and the like emptied: they draw, and only the distance is wanted."""
-    bare = code_only(body)
-    out, start = [], 0
-    for head in re.finditer(r"\bvoid\s+main(?:Image|VR|Sound|Cubemap)?\s*\([^()]*\)\s*\{", bare):
-        end = _end(bare, head.end())
-        if end < len(bare) and head.end() >= start:
-            inside = re.sub(r"[^\n]", " ", bare[head.end() : end])
-            lines = zip(inside.split("\n"), body[head.end() : end].split("\n"), strict=True)
-            kept = [own if own.lstrip().startswith("#") and not own.rstrip().endswith("\\") else empty for empty, own in lines]
-            out += [body[start : head.end()], "\n".join(kept)]
-            start = end
-    return "".join([*out, body[start:]])
+    edits = []
+    for each in declarations(body).functions:
+        if each.name in _MAINS and each.result == "void":
+            a, b = each.inside
+            # Directives stay, but for continued ones
+            kept = [line if line.lstrip().startswith("#") and not line.rstrip().endswith("\\") else "" for line in body[a:b].split("\n")]
+            edits.append((a, b, "\n".join(kept)))
+    return edited(body, edits)

@@ -135,6 +135,42 @@ def scan(text: str) -> Tokens:
     return Tokens(bare, every, partner)
 
 
+def statement_end(tokens: Tokens, at: int, end: int) -> int:
+    """The token behind the statement that begins at a token, with all that an if, a loop or a switch holds."""
+    every, partner = tokens.all, tokens.partner
+    around: list[str] = []  # what the statement at hand is the last part of
+    while at < end:
+        word = every[at].text
+        if word in ("if", "for", "while", "switch"):
+            bracketed = at + 1 < end and every[at + 1].text == "("
+            at = partner[at + 1] + 1 if bracketed else at + 1
+            around.append(word)
+            continue
+        if word in ("do", "else"):
+            around += [word] if word == "do" else []
+            at += 1
+            continue
+        if word == "{":
+            at = partner[at] + 1
+        else:
+            while at < end and every[at].text not in (";", "}"):
+                at = max(at, partner.get(at, at)) + 1
+            at += 1
+        while around:
+            last = around.pop()
+            if last == "if" and at < end and every[at].text == "else":
+                at += 1
+                around.append("else")
+                break
+            if last == "do":
+                while at < end and every[at].text != ";":
+                    at = max(at, partner.get(at, at)) + 1
+                at += 1
+        else:
+            return min(at, end)
+    return end
+
+
 def is_word(text: str) -> bool:
     return text[0].isalpha() or text[0] == "_"
 

@@ -6,15 +6,14 @@ the rest, what the distance's globals need is kept, for a function that runs bef
 """
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from sdfprt.glsl.scanner import BUILT_IN_TYPE, PRECISIONS, Function, edited, statement_end
-from sdfprt.glsl.uses import Program, Reference
+from sdfprt.glsl.uses import Program
 
 _STARTS = re.compile(r"(?:sdf|scene|global|geometry)?_?(?:init|setup|set_up|prepare|configure|precalc|precompute)", re.I)
 _MAX_DEPTH = 40  # functions inlined into each other
-_LEAVES = frozenset(("return", "discard", "break", "continue"))
 
 
 @dataclass(frozen=True)
@@ -109,7 +108,10 @@ class _Walk:
             if frame.at >= frame.end:
                 stack.pop()
                 continue
-            start = frame.at
+            start = self._behind_labels(frame)
+            if start >= frame.end:
+                frame.at = frame.end
+                continue
             frame.at = max(statement_end(self.program.file.tokens, start, frame.end), start + 1)
             word = self.program.file.tokens.all[start].text
             if word in ("return", "discard") and not self._leads(start, frame.at):
@@ -121,6 +123,15 @@ class _Walk:
                 stack.append(inner)
             elif inner := self._statement(start, frame.at, frame):
                 stack.append(inner)
+
+    def _behind_labels(self, frame: _Frame) -> int:
+        """The frame's next token that belongs to no `case 1:`."""
+        every, at = self.program.file.tokens.all, frame.at
+        while at < frame.end and every[at].text in ("case", "default"):
+            while at < frame.end and every[at].text != ":":
+                at += 1
+            at += 1
+        return at
 
     def _fresh(self, name: str) -> str:
         self.count += 1

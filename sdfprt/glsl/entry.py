@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
 from sdfprt.core.errors import GlslError
@@ -31,12 +31,15 @@ CALL = "sdfprt_entry_call"  # what `entry` says goes through the preprocessor un
 
 @dataclass(frozen=True)
 class Entry:
-    """How the distance at p is asked: `locals` are statements that go before, `result` what is then there.
+    """How the distance at p is asked: `before` are statements that go before, `distance` is then its value.
 
-    `invented` names arguments that the file gives no value, `note` says what was chosen, if anything was.
+    After `locals` what `result` says is there. `invented` names arguments that the file gives no value, `note` says what was
+    chosen, if anything was.
     """
 
     functions: tuple[str, ...]  # that it calls itself
+    before: str
+    distance: str
     locals: str
     result: Result
     invented: str = ""
@@ -90,15 +93,14 @@ def _entry(program: Program, call: _Call) -> Entry | None:
     """None where the function gives no distance."""
     function = call.function
     spoken = f"{function.name}({call.arguments})"
-    if function.result == "void":
-        before, value = f"{call.before} {spoken};", ""
-    elif function.result == "float" and not call.outs:
-        before, value = call.before, spoken
-    else:
-        before, value = f"{call.before} {function.result} sdfprt_r = {spoken};", "sdfprt_r"
+    value = "" if function.result == "void" else "sdfprt_r"
     result = read_result(program, function, value, call.outs)
     if result is None:
         return None
+    stored = f"{function.result} {value} = {spoken};" if value else f"{spoken};"
+    locals_ = f"{call.before} {stored}".strip()
+    # The distance alone needs no variable
+    before, distance = (locals_, result.distance) if call.outs else (call.before, result.distance.replace("sdfprt_r", spoken, 1))
     exact = (function.result, function.name) in _EXACT and not call.extra
     said = [f"the distance is {function.head}", *([result.said] if result.said else [])]
     said += [f"its extra parameters are {', '.join(call.extra)}"] if call.extra else []
@@ -110,7 +112,8 @@ def _entry(program: Program, call: _Call) -> Entry | None:
             f"{names} of {function.head} {verb} given no value by the file: taken as zero; "
             f'set entry = "{function.name}({parameters})" in scene.toml, with values'
         )
-    return Entry((function.name,), before.strip(), result, invented, "" if exact and not result.said else "; ".join(said))
+    note = "" if exact and not result.said else "; ".join(said)
+    return Entry((function.name,), before, distance, locals_, result, invented, note)
 
 
 def _at_point(program: Program, function: Function) -> _Call | None:
@@ -179,17 +182,23 @@ def _rank(program: Program, call: _Call, known: Sequence[_Call], marched: set[st
 def _rescales(call: _Call) -> bool:
     """Whether a function maps values from one range to another: vec3 of a vec3 and two bounds or more, or bounds by their names."""
     others = [p for p in call.function.parameters if not p.written][1:]
-    bounds = [p for p in others if re.match(r"(?:in|out|old|new|src|dst|from|to)?_?(?:lo|hi|low|high|min|max|from|to|start|end|[ab])\d?\Z", p.name, re.I)]
+    bounds = [
+        p
+        for p in others
+        if re.match(r"(?:in|out|old|new|src|dst|from|to)?_?(?:lo|hi|low|high|min|max|from|to|start|end|[ab])\d?\Z", p.name, re.I)
+    ]
     return len(others) >= 2 and (call.function.result == "vec3" or len(bounds) == len(others))
 
 
 def _is_helper(program: Program, call: _Call) -> bool:
-    """Whether a function is a hash, a noise or the like: by its name, or by what it returns."""
+    """Whether a function is a constant, a hash, a noise or the like: by its name, or by what it returns."""
     function = call.function
     if _HELPERS.search(function.name):
         return True
     tokens, every = program.file.tokens, program.file.tokens.all
     start, end = function.body or (0, 0)
+    if not {p.name for p in function.parameters} & tokens.words(start, end):
+        return True  # it does not look at its point
     returns = [k for k in range(start, end) if every[k].text == "return"]
     if not returns:
         return False
@@ -208,7 +217,7 @@ def _mixes_only(program: Program, tokens: Tokens, a: int, b: int) -> bool:
 
 def _marched(program: Program, names: set[str]) -> set[str]:
     """Functions that the file calls at o + t * d or p + e.xyy, or in a loop whose step they are."""
-    tokens, every, found = program.file.tokens, program.file.tokens.all, set()
+    tokens, found = program.file.tokens, set()
     for name in names:
         for at in program.calls.get(name, ()):
             text = tokens.source(at, tokens.partner[at + 1] + 1)
@@ -256,15 +265,20 @@ def _wanted(program: Program, file: str, wanted: str) -> Entry:
         for call in sorted(calls, key=lambda call: (len(call.invented), len(call.extra))):
             if entry := _entry(program, call):
                 return entry
-        raise GlslError(f"{file}: entry = \"{name}\": {program.named[name][0].head} gives no distance of a point (vec3)")
+        raise GlslError(f'{file}: entry = "{name}": {program.named[name][0].head} gives no distance of a point (vec3)')
     tokens = scan(wanted)
     last = tokens.partner.get(1, 0)
-    if len(tokens.all) < 3 or tokens.all[1].text != "(" or tokens.all[last].text != ")" or {";", "{", "}"} & {t.text for t in tokens.all}:
-        raise GlslError(f"{file}: entry = \"{wanted.strip()}\": give a function's name, or a call such as {name}(p, 0.0)")
+    if (
+        len(tokens.all) < 3
+        or tokens.all[1].text != "("
+        or tokens.all[last].text != ")"
+        or {";", "{", "}"} & {t.text for t in tokens.all}
+    ):
+        raise GlslError(f'{file}: entry = "{wanted.strip()}": give a function\'s name, or a call such as {name}(p, 0.0)')
     spans = tokens.split(",", 2, last)
     those = [function for function in program.named[name] if len(function.parameters) == len(spans)]
     if not those:
-        raise GlslError(f"{file}: entry = \"{wanted.strip()}\": the file has {program.named[name][0].head}")
+        raise GlslError(f'{file}: entry = "{wanted.strip()}": the file has {program.named[name][0].head}')
     function = those[0]
     before, arguments, outs = [], [], []
     for number, (parameter, (a, b)) in enumerate(zip(function.parameters, spans, strict=True)):
@@ -280,21 +294,25 @@ def _wanted(program: Program, file: str, wanted: str) -> Entry:
     rest = tokens.source(last + 1, len(tokens.all))
     if rest or entry is None:  # map(p).y: the author says which component
         whole = f"{name}({', '.join(arguments)}){rest}"
-        return Entry((name,), " ".join(before), Result(whole))
-    return Entry(entry.functions, entry.locals, entry.result)
+        return Entry((name,), call.before, whole, call.before, Result(whole))
+    return replace(entry, note="")
 
 
 def _refuse(program: Program, file: str, several: Sequence[_Call]) -> Entry:
     """Say why there is no entry."""
     if len(several) > 1:
         names = ", ".join(call.function.name for call in several[:5]) + (", ..." if len(several) > 5 else "")
-        raise GlslError(f'{file}: no entry point: {names} might be the distance; set entry = "{several[0].function.name}" in scene.toml')
+        raise GlslError(
+            f'{file}: no entry point: {names} might be the distance; set entry = "{several[0].function.name}" in scene.toml'
+        )
     for function in program.file.functions:
         kinds = [("returns", function.result.split("[")[0]), *(("takes", p.type) for p in function.parameters)]
         strange = [(verb, kind) for verb, kind in kinds if kind != "void" and not program.is_type(kind)]
         if function.name.lower() in _NAMES and strange:
             verb, kind = strange[0]
-            raise GlslError(f"{file}: no entry point: {function.name} {verb} {kind}, which the file does not define (give it in prelude.glsl)")
+            raise GlslError(
+                f"{file}: no entry point: {function.name} {verb} {kind}, which the file does not define (give it in prelude.glsl)"
+            )
     raise GlslError(
         f"{file}: no entry point: the file needs float sdf(vec3 p), float map(vec3 p) or vec2 map(vec3 p) "
         "(also known: vec4, a struct or out parameters, and the names DE, scene, dist, sceneSDF, getDist); "
@@ -309,6 +327,8 @@ def without_mains(body: str) -> str:
         if each.name in _MAINS and each.result == "void":
             a, b = each.inside
             # Directives stay, but for continued ones
-            kept = [line if line.lstrip().startswith("#") and not line.rstrip().endswith("\\") else "" for line in body[a:b].split("\n")]
+            kept = [
+                line if line.lstrip().startswith("#") and not line.rstrip().endswith("\\") else "" for line in body[a:b].split("\n")
+            ]
             edits.append((a, b, "\n".join(kept)))
     return edited(body, edits)

@@ -1,4 +1,4 @@
-"""Part numbers: the .y of `vec2 map(vec3 p)` picks colours from a table, as the functions that a file may give itself."""
+"""Colours that come with the distance: carried beside it, or picked by its part number from a table."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -30,14 +30,23 @@ def part_function(name: str, entry: Entry, table: Parts, rest: Mapping[str, Any]
 
     Raises GlslError where the distance has no part number beside it.
     """
-    if not entry.part:
-        raise GlslError(f"{file}: scene.toml has [parts], and part numbers are the .y of vec2 map(vec3 p); this file has none")
+    if not entry.result.part:
+        raise GlslError(
+            f"{file}: scene.toml has [parts], and part numbers are the .y of vec2 map(vec3 p), an int beside the distance in a "
+            "struct or an out parameter; this file has none"
+        )
     kind = KINDS[name]
     lines = [f"if (sdfprt_part == {key}) return {_literal(part[name])};" for key, part in table.items() if name in part]
     return (
-        f"{kind} {name}(vec3 p, vec3 n) {{ {entry.locals} int sdfprt_part = int(floor({entry.part} + 0.5)); "
+        f"{kind} {name}(vec3 p, vec3 n) {{ {entry.locals} int sdfprt_part = int(floor(float({entry.result.part}) + 0.5)); "
         f"{' '.join(lines)} return {_literal(rest[name])}; }}\n"
     )
+
+
+def carried_function(name: str, entry: Entry) -> str:
+    """`albedo` or `exponent` of a point as the distance function itself gives it, beside the distance."""
+    value = f"clamp({entry.result.albedo}, 0.0, 1.0)" if name == "albedo" else entry.result.exponent
+    return f"{KINDS[name]} {name}(vec3 p, vec3 n) {{ {entry.locals} return {value}; }}\n"
 
 
 def _literal(value: Any) -> str:

@@ -1,24 +1,28 @@
 """The user's GLSL made ready for both roads: includes, what hosts define, the entry point under one name."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from sdfprt.core.errors import GlslError
 from sdfprt.core.settings import Compile
+from sdfprt.glsl.before_march import Setup, before_march
 from sdfprt.glsl.compile import compile_glsl, preprocessed
 from sdfprt.glsl.directives import plain
-from sdfprt.glsl.entry import find_entry, without_mains
+from sdfprt.glsl.entry import CALL, find_entry, without_mains
 from sdfprt.glsl.include import definitions, expand_includes, read_text
-from sdfprt.glsl.parts import KINDS, Parts, part_function
-from sdfprt.glsl.scanner import BUILT_IN_TYPE, PRECISIONS, code_only, declarations, edited, macros
+from sdfprt.glsl.parts import KINDS, Parts, carried_function, part_function
+from sdfprt.glsl.scanner import BUILT_IN_TYPE, PRECISIONS, Block, File, Variable, code_only, declarations, edited, macros, rename
+from sdfprt.glsl.uses import Program
 
 VERSION = "#version 430\n"
 ENTRY = "sdfprt_distance"
 PRELUDE = "prelude.glsl"
 _PRELUDE_FILE = 1100  # number of the prelude, beyond those of the files that a scene includes
+_OURS = 999_999  # the line of our own functions, behind the user's text
+_MAX_ARRAY = 4096  # places of an array that are given values
 
 CHANNELS = tuple(f"iChannel{k}" for k in range(4))  # pictures that Shadertoy's user chooses
 # What authors' viewers define for them; added only where the compiler misses the name
@@ -53,7 +57,6 @@ _HOST = {
 
 
 _COLOURS = {name: rf"\b{kind}\s+{name}\s*\(\s*(?:in\s+)?vec3\s+\w+\s*,\s*(?:in\s+)?vec3\b" for name, kind in KINDS.items()}
-_SAMPLER = re.compile(r"\buniform\s+(?:(?:highp|mediump|lowp)\s+)?sampler2D\s+([\w\s,]+);")
 _TURNED = "{0} = vec3({0}.x, -{0}.z, {0}.y); "  # from the world into a file whose vertical is z; the twin of maths/axes.py
 
 
@@ -91,95 +94,280 @@ def prepare(
     start: Mapping[str, int] | None = None,
     prelude: str = "",
     up: str = "y",
+    entry: str = "",
 ) -> Prepared:
     """Make the user's text ready; `rest` colours what `parts` leaves out. Raises GlslError with the user's file and line.
 
     `prelude` goes before it: a file prelude.glsl in `own_folder`, where it defines what the text misses. Globals without a
     value begin at zero, or as `start` has it. `up` is the text's own vertical; the functions made are of the world, y up.
+    `entry` names the distance, or is the call that gives it.
     """
+    # The text as its directives have it, which no macro can change any more
+    source, renamed = _source(glsl, file, own_folder, defines, prelude)
+    code, entry = _without_directives(source, entry, file)
+
+    # What it declares, and what of it the distance needs
+    program = Program(declarations(code))
+    found = find_entry(program, file, entry)
+    own = {name for name, function in _COLOURS.items() if re.search(function, program.file.tokens.text)}
+    parted = {name for name in KINDS if any(name in part for part in parts.values())}
+    carried = {name for name in KINDS if getattr(found.result, name)} - own - parted
+    coloured = own | parted | carried
+    functions = program.closure([*found.functions, *own])
+    read = program.reads(functions) | functions
+    setup = before_march(program, set(found.functions), read)
+
+    # The text mended, and our functions behind it
+    mended = _mended(code, read, start or {})
+    header = [*mended.header, *re.findall(r"^// file \d+: .*$", source, re.M)]  # which the compiler's messages are read with
+    turn = _TURNED.format("p") if up == "z" else ""
+    if up == "z":
+        header += [f"#define {name} sdfprt_file_{name}" for name in sorted(coloured)]
+
+    def ours(setup: Setup) -> str:
+        begin = _begin(mended, setup, program.writes(functions))
+        first = "sdfprt_begin(); " if begin else ""
+        entry = replace(found, locals=first + found.locals)
+        distance = f"float {ENTRY}(vec3 p) {{ {turn}{first}{found.before} return {found.distance} - {offset!r}; }}\n"
+        made = [part_function(name, entry, parts, rest, file) for name in sorted(parted - own)]
+        made += [carried_function(name, entry) for name in sorted(carried)]
+        made += [_turned(name) for name in sorted(coloured)] if up == "z" else []
+        return "".join([begin, distance, *made])
+
+    # What its host defines, and what main does as far as it can be done here
+    prelude_names = lambda: set() if prelude else _defined_in(_prelude(own_folder))  # noqa: E731
+    try:
+        compiled = _compiled(header, mended.body, ours(setup), file, prelude_names)
+    except GlslError:
+        if not setup.statements:
+            raise
+        setup = Setup("", frozenset(), tuple(sorted(setup.sets | set(setup.unknown))), setup.where)
+        compiled = _compiled(header, mended.body, ours(setup), file, prelude_names)
+    if compiled.missing:
+        again = prepare(glsl, file, own_folder, defines, offset, parts, rest, start, _prelude(own_folder), up, entry)
+        return replace(again, notes=(*again.notes, f"read {PRELUDE} beside the file for {', '.join(compiled.missing)}"))
+    notes = [
+        *([found.invented] if found.invented else []),
+        *mended.assumed,
+        *_unknown(setup),
+        *([found.note] if found.note else []),
+        *(f"[parts] gives {name}, and so does the file; the file's is taken" for name in sorted(parted & own)),
+        *renamed,
+        *mended.notes,
+        *(f"'{name}' is not declared in the file; added as its host defines it" for name in compiled.added if name in read),
+    ]
+    return Prepared(
+        compiled.text,
+        compiled.spirv,
+        tuple(notes),
+        "albedo" in coloured,
+        "exponent" in coloured,
+        tuple(name for name in mended.zeroed if name in read and name not in {*setup.sets, *setup.unknown}),
+        tuple(v.name for v in declarations(compiled.text).variables if v.type == "sampler2D"),
+    )
+
+
+def _source(glsl: str, file: str, own_folder: Path | None, defines: Mapping[str, float], prelude: str) -> tuple[str, list[str]]:
+    """The text in plain characters with what it includes, behind the prelude and what scene.toml defines; what was renamed."""
     if "\0" in glsl or len(glsl) > Compile.text:
         raise GlslError(f"{file}: this is not GLSL text (a zero byte, or over {Compile.text:,} characters)")
     expanded, renamed = expand_includes(plain(glsl), file, own_folder)
     body = f"{prelude}\n#line 1\n{expanded}" if prelude else expanded
     body = re.sub(r"^[ \t]*#[ \t]*(version|extension|pragma)\b[^\n]*$", "", body, flags=re.M)
-    body = re.sub(r"\bprecision\s+(?:highp|mediump|lowp)\s+\w+\s*;", "", body)
-    body = _AS_NAME.sub(r"sdfprt_\1", body)
-    header = [f"#define {name} {_define(name, value, file)}" for name, value in defines.items()]
-    entry = find_entry(code_only(preprocessed("\n".join([VERSION, *header, body]), file)), file)
-    notes: list[str] = [entry.note, *renamed] if entry.note else renamed
-    body = without_mains(body)
-    bare = code_only(body)
     for name in defines:  # a uniform or constant of that name gives way to the define
         body = re.sub(rf"^[ \t]*(uniform|const)\s+(\w+\s+)?\w+\s+{name}\s*(=[^;]*)?;", "", body, flags=re.M)
-    if re.search(r"\bvoid\s+main\s*\(", bare):
-        header.append("#define main sdfprt_user_main")
+    header = [f"#define {name} {_define(name, value, file)}" for name, value in defines.items()]
+    return "\n".join([*header, "#line 1", body]), renamed
+
+
+def _without_directives(source: str, entry: str, file: str) -> tuple[str, str]:
+    """Text and entry with macros expanded and branches chosen; only #line is left. The text itself where that fails."""
+    if "\n" in entry or "#" in entry:
+        raise GlslError(f"{file}: entry = {entry!r}: give a function's name, or its call at a point p")
+    asked = f"\n{CALL} {{ {entry} }}" if "(" in entry else ""
+    code = preprocessed(f"{VERSION}{source}{asked}", file).removeprefix(VERSION.rstrip("\n"))
+    code = _AS_NAME.sub(r"sdfprt_\1", code)
+    if asked:
+        code, _, call = code.rpartition(CALL)
+        entry = call.strip().removeprefix("{").removesuffix("}").strip()
+    taken = {v.name for v in declarations(code).variables} & KINDS.keys()  # names of functions of ours
+    return rename(code, {name: f"sdfprt_user_{name}" for name in taken}), entry
+
+
+@dataclass(frozen=True)
+class _Mended:
+    """A text that desktop GLSL takes. `assumed`: what decides the shape and has no value; `zeroed`: globals without one."""
+
+    body: str
+    header: list[str]
+    assumed: list[str]
+    notes: list[str]
+    zeroed: list[str]
+
+
+def _mended(code: str, read: set[str], start: Mapping[str, int]) -> _Mended:
+    """Words and declarations that desktop GLSL refuses written anew; notes only of what is `read`."""
+    header, assumed, notes = [], [], []
+    body = re.sub(r"\bprecision\s+(?:highp|mediump|lowp)\s+\w+\s*;", "", code)
+    body = without_mains(body)
+    bare = code_only(body)
+    names = {"main": "sdfprt_user_main", "gl_FragColor": "sdfprt_frag_color", "gl_FragCoord": "sdfprt_frag_coord"}
+    body = rename(body, names)
+    header += [f"vec4 {names[name]} = vec4(0.0);" for name in ("gl_FragColor", "gl_FragCoord") if re.search(rf"\b{name}\b", bare)]
     flat = [name for name in ("dFdx", "dFdy", "fwidth") if re.search(rf"(?<!float )\b{name}\s*\(", bare)]
     if flat and not re.search(rf"\bfloat\s+(?:{'|'.join(flat)})\b", bare):
         header += [f"#define {name}(x) (0.0 * (x))" for name in flat]
-        notes.append(f"{', '.join(flat)}: there is no screen, so the derivative is zero")
-    body = _without_lone_semicolons(_constant_uniforms(body, notes))
+        notes += [f"{', '.join(flat)}: there is no screen, so the derivative is zero"] if set(flat) & read else []
+    body = _without_stages(_without_lone_semicolons(_constant_uniforms(body, read, assumed)))
+    body, zeroed = _with_values(body, start)
+    return _Mended(body, header, assumed, notes, zeroed)
+
+
+def _without_stages(body: str) -> str:
+    """Inputs and outputs of a stage as plain globals: there is no stage here."""
     kinds = r"(?:(?:flat|smooth|noperspective|centroid|invariant)\s+)*"
     stage = rf"\b(?:layout\s*\([^)]*\)\s*)?{kinds}\b(?:in|out|varying|attribute)\s+(?:(?:highp|mediump|lowp)\s+)?"
     body = re.sub(r"\binvariant\s+\w+\s*;", "", body)
-    body = re.sub(stage + r"(\w+\s+\w+\s*(?:\[\w*\])?\s*(?:,\s*\w+\s*(?:\[\w*\])?\s*)*;)", r"\1", body)
-    if "gl_FragColor" in bare:
-        header.append("vec4 sdfprt_frag_color = vec4(0.0);")
-        body = re.sub(r"\bgl_FragColor\b", "sdfprt_frag_color", body)
-    body, zeroed = _zeroed_globals(body, start or {})
-    turn = _TURNED.format("p") if up == "z" else ""
-    tail = f"\n#undef main\nfloat {ENTRY}(vec3 p) {{ {turn}{entry.locals} return {entry.value} - {offset!r}; }}\n"
-    own = {name for name, function in _COLOURS.items() if re.search(function, bare)}
-    parted = {name for name in KINDS if any(name in part for part in parts.values())}
-    tail += "".join(part_function(name, entry, parts, rest, file) for name in sorted(parted - own))
-    if up == "z":
-        header += [f"#define {name} sdfprt_file_{name}" for name in sorted(own | parted)]
-        tail += "".join(_turned(name) for name in sorted(own | parted))
-    notes += [f"[parts] gives {name}, and so does the file; the file's is taken" for name in sorted(parted & own)]
+    return re.sub(stage + r"(\w+\s+\w+\s*(?:\[\w*\])?\s*(?:,\s*\w+\s*(?:\[\w*\])?\s*)*;)", r"\1", body)
+
+
+def _constant_uniforms(body: str, read: set[str], assumed: list[str]) -> str:
+    """Uniforms have no host here: values become constants, zero or what hosts usually give, and that is said of what is `read`."""
+    file = declarations(body)
+    edits: dict[tuple[int, int], list[str]] = {}
+    for each in file.variables:
+        if "uniform" not in each.qualifiers or not (BUILT_IN_TYPE.match(each.type) or each.type in file.structs):
+            continue
+        value = each.value or _value(file, each, 512 if "resolution" in each.name.lower() else 0)
+        if value is None:
+            continue
+        struct = file.structs.get(each.type)
+        if struct and struct.start == each.statement[0]:  # uniform struct Light { ... } light: a global like others
+            edits[each.statement] = [re.sub(r"\buniform\b", "", body[slice(*each.statement)], count=1)]
+        else:
+            edits.setdefault(each.statement, []).append(f"const {each.type} {each.name}{each.array} = {value};")
+        if each.name in read and each.value is None:
+            shown = value if not each.array else f"{value.split('(', 1)[1].split(')')[0]}) in all its places"
+            assumed.append(f"uniform {each.type} {each.name}{each.array} has no host; it is {shown} (set it in [defines])")
+    for block in file.every:
+        if isinstance(block, Block) and "uniform" in block.qualifiers:
+            names = {m.name for m in block.members} & read
+            assumed += [f"uniform block {block.name} has no host; {', '.join(sorted(names))} are zero"] if names else []
+    return edited(body, ((*span, " ".join(texts)) for span, texts in sorted(edits.items())))
+
+
+def _without_lone_semicolons(body: str) -> str:
+    """Semicolons that end nothing, as after a function, blanked: compilers of authors pass over them."""
+    return edited(body, ((place, place + 1, " ") for place in declarations(body).lone))
+
+
+def _with_values(body: str, begin: Mapping[str, int]) -> tuple[str, list[str]]:
+    """Globals without a value are zero, as authors' viewers have it, or as `begin` says; OpenGL would leave them undefined.
+
+    Returns the text and their names.
+    """
+    edits, names = [], []
+    file = declarations(body)
+    for each in file.variables:
+        if each.value is None and not set(each.qualifiers) - PRECISIONS:
+            value = _value(file, each, begin.get(each.name, 0))
+            if value is not None:
+                edits.append((each.end, each.end, f" = {value}"))
+                names.append(each.name)
+    return edited(body, edits), names
+
+
+def _value(file: File, variable: Variable, number: int) -> str | None:
+    """Every component of a variable `number`; matrices of a uniform zero are the identity. None where its size is not plain."""
+    one = _filled(file, variable.type, number, "uniform" in variable.qualifiers, 0)
+    sizes = re.findall(r"\[\s*(\w*)\s*\]", variable.array)
+    if one is None or len(sizes) > 1 or variable.array.count("[") != len(sizes):
+        return None
+    if not sizes:
+        return one
+    named = {v.name: v.value for v in file.variables if "const" in v.qualifiers and v.type == "int"}
+    size = named.get(sizes[0], sizes[0]) or ""
+    if not size.isdigit() or not 0 < int(size) <= _MAX_ARRAY:
+        return None
+    return f"{variable.type}[]({', '.join([one] * int(size))})"
+
+
+def _filled(file: File, kind: str, number: int, identity: bool, depth: int) -> str | None:
+    """A value of a type with every component `number`."""
+    if BUILT_IN_TYPE.match(kind):
+        return f"{kind}({1 if identity and kind.startswith('mat') else number})"
+    if kind not in file.structs or depth > 8:
+        return None
+    inner = [_filled(file, m.type, number, identity, depth + 1) if not m.array else None for m in file.structs[kind].members]
+    return f"{kind}({', '.join(map(str, inner))})" if inner and None not in inner else None
+
+
+def _begin(mended: _Mended, setup: Setup, written: set[str]) -> str:
+    """The function that runs before each evaluation, empty where nothing is to be done: every one begins with the same globals.
+
+    Kernels give each evaluation its own; a shader's live as long as its pixel.
+    """
+    resets = [
+        f"{v.name} = {v.value};"
+        for v in declarations(mended.body).variables
+        if v.name in written and v.value is not None and not v.value.startswith("{") and not set(v.qualifiers) - PRECISIONS
+    ]
+    statements = " ".join([*resets, setup.statements]).strip()
+    return f"void sdfprt_begin() {{ {statements} }}\n" if statements else ""
+
+
+def _unknown(setup: Setup) -> list[str]:
+    """What is assumed of globals that main sets from the pixel, or by something that cannot be done here."""
+    if not setup.unknown:
+        return []
+    names, several = ", ".join(setup.unknown), len(setup.unknown) > 1
+    verb, them, keep = ("are", "them", "they keep their") if several else ("is", "it", "it keeps its")
+    return [
+        f"global{'s' * several} {names} {verb} set in {setup.where} from the pixel, or from what is known there only; "
+        f"{keep} first value, zero where the file gives none (set {them} in [defines])"
+    ]
+
+
+@dataclass(frozen=True)
+class _Compiled:
+    """The text that compiles, with the names that were `added`; else the names `missing` that a prelude defines."""
+
+    text: str
+    spirv: bytes
+    added: tuple[str, ...]
+    missing: tuple[str, ...] = ()
+
+
+def _compiled(header: Sequence[str], body: str, ours: str, file: str, prelude: Callable[[], set[str]]) -> _Compiled:
+    """Compile, adding what hosts define as the compiler misses it. `prelude` gives the names that prelude.glsl defines."""
     added: dict[str, None] = {}
     while True:
-        text = "\n".join([*header, *(_HOST[name].format(name) for name in added), "#line 1", body, tail])
+        text = "\n".join([*header, *(_HOST[name].format(name) for name in added), body, f"#line {_OURS}", ours])
         try:
-            spirv = compile_glsl(distance_module(text), file=file)
-            break
+            return _Compiled(text, compile_glsl(distance_module(text), file=file), tuple(added))
         except GlslError as error:
             missing = re.findall(r"no (?:variable|function) '(\w+)'|'(\w+)' : no matching", str(error))
             names = [n for pair in missing for n in pair if n]
-            read, found = ("", []) if prelude else _prelude(own_folder, names)
-            if found:
-                prepared = prepare(glsl, file, own_folder, defines, offset, parts, rest, start, read, up)
-                return replace(prepared, notes=(*prepared.notes, f"read {PRELUDE} beside the file for {', '.join(found)}"))
+            if there := [name for name in dict.fromkeys(names) if name in prelude()]:
+                return _Compiled("", b"", (), tuple(there))
             new = [n for n in names if n in _HOST and n not in added]
             if not new:
-                raise
+                raise GlslError(str(error).replace(f"{file}:{_OURS}:", f"{file}: entry:")) from None
             added.update(dict.fromkeys(new))
-    notes += [f"'{name}' is not declared in the file; added as its host defines it" for name in added]
-    return Prepared(
-        text,
-        spirv,
-        tuple(notes),
-        "albedo" in own | parted,
-        "exponent" in own | parted,
-        tuple(zeroed),
-        tuple(name.strip() for found in _SAMPLER.findall(code_only(text)) for name in found.split(",")),
-    )
 
 
-def _turned(name: str) -> str:
-    """The colour function `name` of the world, by the file's, whose vertical is z."""
-    turn = f"{_TURNED.format('p')}{_TURNED.format('n')}"
-    return f"#undef {name}\n{KINDS[name]} {name}(vec3 p, vec3 n) {{ {turn}return sdfprt_file_{name}(p, n); }}\n"
-
-
-def _prelude(own_folder: Path | None, missing: list[str]) -> tuple[str, list[str]]:
-    """The text of prelude.glsl, and which of the names it defines."""
+def _prelude(own_folder: Path | None) -> str:
+    """The text of prelude.glsl beside the file; empty where there is none."""
     path = own_folder / PRELUDE if own_folder else None
     if path is None or not path.is_file():
-        return "", []
+        return ""
     if not path.resolve().is_relative_to(path.parent.resolve()):
         raise GlslError(f"{PRELUDE}: it is a link that leads out of the scene's folder")
-    text, _ = expand_includes(plain(read_text(path, PRELUDE)), PRELUDE, own_folder, first=_PRELUDE_FILE)
-    defined = {name for name, _ in definitions(text)} | macros(text)
-    return text, [name for name in dict.fromkeys(missing) if name in defined]
+    return expand_includes(plain(read_text(path, PRELUDE)), PRELUDE, own_folder, first=_PRELUDE_FILE)[0]
+
+
+def _defined_in(text: str) -> set[str]:
+    return {name for name, _ in definitions(text)} | macros(text)
 
 
 def _define(name: str, value: float, file: str) -> str:
@@ -188,46 +376,10 @@ def _define(name: str, value: float, file: str) -> str:
     return repr(float(value)) if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
 
 
-def _constant_uniforms(body: str, notes: list[str]) -> str:
-    """Uniforms have no host here: numbers become constants, zero or what hosts usually give, and that is said."""
-
-    def replace(match: re.Match) -> str:
-        kind, names = match[1], [name.strip() for name in match[2].split(",")]
-        values = []
-        for name in names:
-            size = "resolution" in name.lower()
-            values.append(f"{name} = {kind}({512 if size else 1 if kind.startswith('mat') else 0})")
-            notes.append(f"uniform {kind} {name} has no host; it is {values[-1].split('= ')[1]} (set it in [defines])")
-        return f"const {kind} {', '.join(values)};"
-
-    kinds = r"float|int|uint|bool|[iub]?vec[234]|mat[234]"
-    pattern = rf"\buniform\s+(?:(?:highp|mediump|lowp)\s+)?({kinds})\s+(\w+\s*(?:,\s*\w+\s*)*);"
-    body = re.sub(pattern, replace, body)
-    given = rf"\buniform\s+(?:(?:highp|mediump|lowp)\s+)?({kinds})(\s+\w+\s*=)"
-    return re.sub(given, r"const \1\2", body)
-
-
-def _without_lone_semicolons(body: str) -> str:
-    """Semicolons that end nothing, as after a function, blanked: compilers of authors pass over them."""
-    return edited(body, ((place, place + 1, " ") for place in declarations(body).lone))
-
-
-def _zeroed_globals(body: str, begin: Mapping[str, int]) -> tuple[str, list[str]]:
-    """Globals without a value are zero, as authors' viewers have it, or as `begin` says; OpenGL would leave them undefined.
-
-    Returns the text and their names.
-    """
-    edits, names = [], []
-    for each in declarations(body).variables:
-        size = re.fullmatch(r"(?:\[\s*(\d{1,3})\s*\])?", each.array)
-        plain = BUILT_IN_TYPE.match(each.type) and not set(each.qualifiers) - PRECISIONS
-        if size and plain and each.value is None:
-            value = f"{each.type}({begin.get(each.name, 0)})"
-            if size[1]:
-                value = f"{each.type}[]({', '.join([value] * int(size[1]))})"
-            edits.append((each.end, each.end, f" = {value}"))
-            names.append(each.name)
-    return edited(body, edits), names
+def _turned(name: str) -> str:
+    """The colour function `name` of the world, by the file's, whose vertical is z."""
+    turn = f"{_TURNED.format('p')}{_TURNED.format('n')}"
+    return f"#undef {name}\n{KINDS[name]} {name}(vec3 p, vec3 n) {{ {turn}return sdfprt_file_{name}(p, n); }}\n"
 
 
 def distance_module(text: str) -> str:

@@ -29,7 +29,7 @@ class Reference(NamedTuple):
 
 @dataclass(frozen=True)
 class Uses:
-    """Names of globals, as a function has them."""
+    """Names of globals, and of functions, built-in ones among them, as a function has them."""
 
     reads: frozenset[str]
     writes: frozenset[str]
@@ -62,12 +62,12 @@ class Program:
                     else:
                         reads |= {each.name} if each.read else set()
                         writes |= {each.name} if each.write else set()
-            found[name] = Uses(frozenset(reads), frozenset(writes), frozenset(calls & self.named.keys()))
+            found[name] = Uses(frozenset(reads), frozenset(writes), frozenset(calls))
         return found
 
     def closure(self, names: Iterable[str]) -> set[str]:
         """The functions and all that they call, however far."""
-        return _spread(names, {name: use.calls for name, use in self.uses.items()})
+        return _spread(names, {name: use.calls & self.named.keys() for name, use in self.uses.items()}) & self.named.keys()
 
     def callers(self, names: Iterable[str]) -> set[str]:
         """The functions and all that come to call them, however far."""
@@ -122,8 +122,8 @@ class Program:
         return found
 
     def reads(self, functions: Iterable[str]) -> set[str]:
-        """Names that the functions read, those whose initialisers read others included."""
-        found = set().union(*(self.uses[name].reads for name in functions if name in self.uses))
+        """Names that the functions read or call, those included that the initialisers of what they read do."""
+        found = set().union(*(self.uses[name].reads | self.uses[name].calls for name in functions if name in self.uses))
         todo = list(found & self.globals.keys())
         while todo:
             value = self.globals[todo.pop()].value
@@ -132,7 +132,7 @@ class Program:
                 if each in self.globals:
                     todo.append(each)
                 for called in self.closure([each]) if each in self.named else ():
-                    new = self.uses[called].reads - found
+                    new = (self.uses[called].reads | self.uses[called].calls) - found
                     found |= new
                     todo += new & self.globals.keys()
         return found

@@ -37,6 +37,7 @@ class Compiled:
     folder: Path | None = None  # where its includes and pictures lie
     defines: Mapping[str, Any] = default(default_factory=dict)
     offset: float = 0.0  # the value of the field on the surface
+    entry: str = ""  # the function that is the distance, or its call at p; found where it is empty
     up: str = "y"  # the text's own vertical axis; the distance asked is that of the world, y up
     parts: Parts = default(default_factory=dict)
     rest: Mapping[str, Any] = default(default_factory=dict)  # colours of the parts that `parts` leaves out
@@ -58,7 +59,18 @@ class Compiled:
     @functools.cached_property
     def prepared(self) -> Prepared:
         """The text ready for both roads, and what had to be mended."""
-        return prepare(self.glsl, self.file, self.folder, self.defines, self.offset, self.parts, self.rest, self.start, up=self.up)
+        return prepare(
+            self.glsl,
+            self.file,
+            self.folder,
+            self.defines,
+            self.offset,
+            self.parts,
+            self.rest,
+            self.start,
+            up=self.up,
+            entry=self.entry,
+        )
 
     @functools.cached_property
     def fingerprint(self) -> tuple[str, str]:

@@ -66,6 +66,10 @@ def read_settings(path: Path, given: Mapping[str, Any]) -> dict[str, Any]:
                 found[key] = float(toml[key])
         if "camera" in toml:
             found["camera"] = {k: tuple(map(float, v)) if k != "fov" else float(v) for k, v in toml["camera"].items()}
+        if "entry" in toml:
+            if not isinstance(toml["entry"], str):
+                raise TypeError(f"entry = {toml['entry']!r}: give the name of a function, or its call, as a text")
+            found["entry"] = toml["entry"]
         vertical = "z" if found.get("camera", {}).get("up") == (0.0, 0.0, 1.0) else "y"
         found["up"] = toml.get("up", vertical)
         if "material" in toml:
@@ -125,6 +129,7 @@ def write(
     title: str,
     numbers: Mapping[str, Any],
     up: str,
+    entry: str,
     camera: Camera,
     material: Material,
     textures: Mapping[str, ndarray],
@@ -139,6 +144,7 @@ def write(
     numbers = {**numbers, "bounds": axes.box_to_file(numbers["bounds"], up)}
     lines = [f"title = {json.dumps(title)}", *(f"{key} = {_toml(value)}" for key, value in numbers.items())]
     lines += [f'up = "{up}"'] if up != "y" else []
+    lines += [f"entry = {json.dumps(entry)}"] if entry else []
     lines += ["", "[camera]", *(f"{key} = {_toml(axes.to_file(getattr(camera, key), up))}" for key in ("eye", "target", "up"))]
     lines += [f"fov = {float(camera.fov)!r}"]
     lines += ["", "[material]", *_material_lines(material)]

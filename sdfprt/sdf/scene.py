@@ -52,6 +52,7 @@ class Scene:
     textures: Mapping[str, ndarray] = default(default_factory=dict)  # (z, y, x) by sampler3D, (h, w, channels) by sampler2D
     parts: Parts = default(default_factory=dict)  # colours by the .y of vec2 map; see README
     notes: tuple[str, ...] = ()  # what is worth knowing of how it was made; `check` shows them
+    entry: str = ""  # the function that is the distance, or its call at p ("scene(p, 0.0)"); found where it is empty
     up: str = "y"  # the text's own vertical axis, y or z; all else is in the world's axes, y up
     compiled: Compiled = None  # type: ignore[assignment]  # carried along by `replace`, made anew where the text's part changed
 
@@ -68,7 +69,7 @@ class Scene:
             object.__setattr__(self, "camera", Camera.framing(self.bounds))
         if self.material is None:
             object.__setattr__(self, "material", parse("diffuse"))
-        names = ("glsl", "file", "folder", "defines", "offset", "up", "parts", "textures")
+        names = ("glsl", "file", "folder", "defines", "offset", "entry", "up", "parts", "textures")
         source = {name: getattr(self, name) for name in names}
         source["rest"] = parts(DiffusePhong()) | parts(self.material) if self.parts else {}
         if self.compiled is None or not self.compiled.has(source):
@@ -198,6 +199,7 @@ class Scene:
             title=self.title or self.name,
             numbers=numbers,
             up=self.up,
+            entry=self.entry,
             camera=self.camera,
             material=self.material,
             textures=self.textures,

@@ -42,7 +42,7 @@ def holds(text: str, *notes: str, entry: str = "") -> None:
         f"float body(vec3 p) {{ return {BALL}; }}",
         f"float map(vec3 v, float lo, float hi) {{ return (v.x - lo) / (hi - lo); }} float dist(vec3 p) {{ return {BALL}; }}",
         f"float sdf(vec2 q) {{ return length(q); }} float scene(vec3 p) {{ return {BALL}; }}",
-        f"float sdf(vec3 p, vec3 b) {{ return length(p) - b.x; }} float map(vec3 p) {{ return sdf(p, vec3(0.5)); }}",
+        "float sdf(vec3 p, vec3 b) { return length(p) - b.x; } float map(vec3 p) { return sdf(p, vec3(0.5)); }",
         f"float de(vec3 p) {{ return {BALL}; }} float scene(vec3 p) {{ return min(de(p), 99.0); }}",
         f"float world(vec3 p) {{ {FAR} }} float dist(vec3 p) {{ return {BALL}; }}" + MARCH % "t += dist(ro + rd * t);",
     ],
@@ -82,11 +82,11 @@ def test_parameters_and_results_of_every_kind(text: str, note: str) -> None:
     "text",
     [
         f"float box(vec3 p, vec3 b) {{ return p.x; }} float generated_model(vec3 p) {{ return {BALL}; }}",
-        f"float unit(vec3 p) {{ return length(p) - 1.0; }} float Model_7(vec3 p) {{ return unit(p * 2.0) / 2.0; }}",
+        "float unit(vec3 p) { return length(p) - 1.0; } float Model_7(vec3 p) { return unit(p * 2.0) / 2.0; }",
         f"vec3 turn(vec3 p) {{ return p.yzx; }} float sculpture(vec3 p) {{ return {BALL.replace('p)', 'turn(p))')}; }}",
         f"float hash(vec3 p) {{ return fract(sin(dot(p, vec3(1, 2, 3))) * 4e4); }} float rock(vec3 p) "
         f"{{ return {BALL} + 0.0 * hash(p); }}",
-        f"float h(vec3 q) {{ return fract(sin(dot(q, vec3(12.9, 78.2, 37.7))) * 43758.5); }} float thing(vec3 p) {{ return {BALL}; }}",
+        f"float h(vec3 q) {{ return fract(sin(dot(q, vec3(12.9, 78.2, 3.7))) * 4e5); }} float thing(vec3 p) {{ return {BALL}; }}",
         f"float noise(vec3 x) {{ return sin(x.x); }} float thing(vec3 p) {{ return {BALL}; }}"
         + MARCH % "float n = noise(ro + rd * t); vec3 q = ro + rd * t; float h = thing(q); if (h < 0.01) break; t += h;",
         f"float one(vec3 p) {{ {FAR} }} float two(vec3 p) {{ return {BALL}; }}" + MARCH % "t += two(ro + t * rd);",

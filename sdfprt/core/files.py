@@ -120,3 +120,20 @@ def _alive(process: int) -> bool:
     except (PermissionError, OverflowError):
         return True
     return True
+
+
+def belonging(path: Path, root: Path) -> Path:
+    """`path`, which is a file in `root` or below, wherever links lead.
+
+    Raises SdfprtError for a link that leads out of it or to nothing, and for what is no plain file (a pipe would never end).
+    """
+    try:
+        real = path.resolve()
+        if not real.is_relative_to(root.resolve()):
+            raise SdfprtError(f"{path}: it is a link that leads out of its folder; a scene reads nothing there")
+        if not real.is_file():
+            what = "a link to nothing" if path.is_symlink() else "no such file" if not path.exists() else "no plain file"
+            raise SdfprtError(f"{path}: {what}")
+    except (OSError, RuntimeError, ValueError) as error:
+        raise SdfprtError(f"{path}: cannot be read: {error}") from None
+    return path

@@ -4,9 +4,11 @@ Lengths and points in scene.toml are in the axes of sdf.glsl; what is read here 
 """
 
 import json
+import os
 import runpy
 import tomllib
 import traceback
+import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,8 +18,9 @@ import numpy as np
 from numpy import ndarray
 from safetensors.numpy import save_file
 
-from sdfprt.core.errors import SdfprtError
-from sdfprt.core.files import atomic_write
+from sdfprt.core import settings
+from sdfprt.core.errors import SdfprtError, SdfprtWarning
+from sdfprt.core.files import atomic_write, belonging
 from sdfprt.core.resources import folder
 from sdfprt.imaging.camera import Camera
 from sdfprt.material import lobes
@@ -32,7 +35,17 @@ def find(source: str | Path) -> Path:
     """The path that `source` names: itself, or a folder of the library where there is no such path and the name is plain."""
     path = Path(source)
     shipped = folder("sdf_library") / path
-    return shipped if not path.exists() and path.name == str(source) and (shipped / FILE).is_file() else path
+    if path.name != str(source) or not (shipped / FILE).is_file():
+        return path
+    if not os.path.lexists(path):
+        return shipped
+    warnings.warn(f"{path}: ./{path} in the working directory is taken, not the library's scene", SdfprtWarning, stacklevel=3)
+    return path
+
+
+def has(path: Path, name: str) -> bool:
+    """Whether a folder says that it has a file of that name; a link to nothing says so too, and reading it is an error."""
+    return os.path.lexists(path / name)
 
 
 def library() -> dict[str, str]:
@@ -46,18 +59,27 @@ def library() -> dict[str, str]:
 
 
 def read_text(path: Path) -> str:
-    """GLSL text; bytes that are not UTF-8 can only stand in comments, and do not matter there."""
+    """GLSL text; bytes that are not UTF-8 can only stand in comments, and do not matter there.
+
+    Raises SdfprtError for a link that leads out of its folder or to nothing, and for a file that is too large to be one.
+    """
+    if not path.parent.resolve().is_relative_to(folder("sdf_library").resolve()):
+        belonging(path, path.parent)
+    size = path.stat().st_size
+    if size > settings.Compile.text:
+        raise SdfprtError(f"{path}: {size:,} bytes are more than a scene may have, {settings.Compile.text:,}")
     return path.read_text(errors="replace")
 
 
 def read_settings(path: Path, given: Mapping[str, Any]) -> dict[str, Any]:
     """What scene.toml says, as arguments of a Scene; `given` goes before. Raises SdfprtError with file and key."""
     file = path / SETTINGS
-    if not file.is_file():
-        return in_the_world(given)
+    own = {"file": f"{path.resolve().name}/{FILE if has(path, FILE) else PYTHON}"}
+    if not has(path, SETTINGS):
+        return in_the_world({**own, **given})
     try:
-        toml = tomllib.loads(file.read_text())
-        found: dict = {"file": f"{path.name}/{FILE}", "title": toml.get("title", "")}
+        toml = tomllib.loads(read_text(file))
+        found: dict = {**own, "title": toml.get("title", "")}
         if "bounds" in toml:
             low, high = toml["bounds"]
             found["bounds"] = (tuple(map(float, low)), tuple(map(float, high)))
@@ -73,9 +95,9 @@ def read_settings(path: Path, given: Mapping[str, Any]) -> dict[str, Any]:
         vertical = "z" if found.get("camera", {}).get("up") == (0.0, 0.0, 1.0) else "y"
         found["up"] = toml.get("up", vertical)
         if "material" in toml:
-            settings = dict(toml["material"])
-            kind = settings.pop("kind", "diffuse")
-            colours: dict = {k: tuple(map(float, v)) for k, v in settings.items()}
+            finish = dict(toml["material"])
+            kind = finish.pop("kind", "diffuse")
+            colours: dict = {k: tuple(map(float, v)) for k, v in finish.items()}
             found["material"] = lobes.parse(kind, **colours)
         found["defines"] = {**toml.get("defines", {}), **given.get("defines", {})}
         found["parts"] = {int(number): part for number, part in toml.get("parts", {}).items()}
@@ -85,9 +107,9 @@ def read_settings(path: Path, given: Mapping[str, Any]) -> dict[str, Any]:
     return in_the_world({**found, **given, "defines": found["defines"]})
 
 
-def in_the_world(settings: Mapping[str, Any]) -> dict[str, Any]:
+def in_the_world(given: Mapping[str, Any]) -> dict[str, Any]:
     """Bounds and camera, which are given in the file's axes, in the world's; the camera's numbers as a Camera."""
-    found, up = dict(settings), settings.get("up", "y")
+    found, up = dict(given), given.get("up", "y")
     if "bounds" in found:
         found["bounds"] = axes.box_to_world(found["bounds"], up)
     if "camera" in found:
@@ -153,7 +175,7 @@ def write(
     for number, part in parts.items():
         lines += ["", f"[parts.{number}]", *(f"{key} = {_toml(value)}" for key, value in part.items())]
     if defines:
-        lines += ["", "[defines]", *(f"{name} = {value!r}" for name, value in defines.items())]
+        lines += ["", "[defines]", *(f"{name} = {json.dumps(value)}" for name, value in defines.items())]
     for name, values in textures.items():
         with atomic_write(path / f"{name}.safetensors") as temporary:
             save_file({name: np.ascontiguousarray(values)}, str(temporary))

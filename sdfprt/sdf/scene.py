@@ -102,11 +102,11 @@ class Scene:
         given = {key: value for key, value in given.items() if value is not None}
         if path.is_dir():
             settings = folders.read_settings(path, given)
-            if (path / folders.FILE).is_file():
+            if folders.has(path, folders.FILE):
                 text = folders.read_text(path / folders.FILE)
                 scene = cls(**{"glsl": text, "name": path.resolve().name, **settings, "folder": path})
                 return scene._measured(settings)
-            if (path / folders.PYTHON).is_file():
+            if folders.has(path, folders.PYTHON):
                 return cls._of_python(path / folders.PYTHON, path.resolve().name, settings)
             raise SdfprtError(f"{path}: a scene folder needs the file {folders.FILE} or {folders.PYTHON}")
         settings = folders.in_the_world(given)

@@ -12,6 +12,7 @@ from numpy import ndarray
 from safetensors import SafetensorError, safe_open
 
 from sdfprt.core.errors import SdfprtError
+from sdfprt.core.files import belonging
 from sdfprt.imaging import image, tone
 
 _PICTURES = (".png", ".jpg", ".jpeg", ".exr", ".hdr")
@@ -80,8 +81,8 @@ def load(path: Path, name: str) -> ndarray:
 
 
 def beside(folder: Path | None, name: str) -> ndarray | None:
-    """The picture `name`.png, .jpg, .exr or .hdr in a folder, where there is one."""
+    """The picture `name`.png, .jpg, .exr or .hdr in a folder, where there is one. Raises SdfprtError for a link out of it."""
     for suffix in _PICTURES if folder else ():
         if (path := Path(folder or ".") / f"{name}{suffix}").is_file():
-            return load(path, name)
+            return load(belonging(path, path.parent), name)
     return None

@@ -143,16 +143,12 @@ def write_reference() -> None:
 # The steps
 
 
-def inventory() -> list[bench.Row]:
-    rows: list[bench.Row] = []
-
-    def say(what: str, look: Callable[[], str]) -> None:
+def inventory() -> Iterator[bench.Row]:
+    def say(what: str, look: Callable[[], str]) -> bench.Row:
         try:
-            rows.append({"part": what, "found": look()})
+            return {"part": what, "found": look()}
         except Exception as error:
-            rows.append(
-                {"part": what, "found": f"missing: {str(error).splitlines()[0][:150] if str(error) else type(error).__name__}"}
-            )
+            return {"part": what, "found": f"missing: {str(error).splitlines()[0][:150] if str(error) else type(error).__name__}"}
 
     def card() -> str:
         query = ["nvidia-smi", "--query-gpu=name,driver_version,memory.total", "--format=csv,noheader"]
@@ -176,25 +172,21 @@ def inventory() -> list[bench.Row]:
 
         return type(planes()).__name__
 
-    say("card", card)
-    say("torch", torch_build)
-    say("Warp", warp_build)
-    say("OpenGL", opengl)
-    say("OpenGL to torch", interop)
-    say("Triton", lambda: version("triton"))
-    return rows
+    yield say("card", card)
+    yield say("torch", torch_build)
+    yield say("Warp", warp_build)
+    yield say("OpenGL", opengl)
+    yield say("OpenGL to torch", interop)
+    yield say("Triton", lambda: version("triton"))
 
 
-def kernels() -> list[bench.Row]:
-    rows: list[bench.Row] = []
+def kernels() -> Iterator[bench.Row]:
     with np.load(REFERENCE) as kept:
         for name, scene in scenes().items():
             points, normals = kept[f"{name}/points"], kept[f"{name}/normals"]
             for stage, call in values(scene, points, normals):
-                rows.append({"scene": name, "stage": stage, **compared(stage, call, kept.get(f"{name}/{stage}"), scene)})
-                print(json.dumps(rows[-1]), file=sys.stderr, flush=True)
-    rows += networks()
-    return rows
+                yield {"scene": name, "stage": stage, **compared(stage, call, kept.get(f"{name}/{stage}"), scene)}
+    yield from networks()
 
 
 def compared(stage: str, call: Callable[[], ndarray], expected: ndarray | None, scene: Any) -> bench.Row:
@@ -215,7 +207,7 @@ def compared(stage: str, call: Callable[[], ndarray], expected: ndarray | None, 
     return {"RMSE": rmse, "beyond tolerance": far, "holds": far < 0.01, "first call, s": first}
 
 
-def networks() -> list[bench.Row]:
+def networks() -> Iterator[bench.Row]:
     """The network by torch on the card and its fit, against numpy."""
     from sdfprt import fit_transfer
     from sdfprt.rendering import torch_backend
@@ -228,19 +220,16 @@ def networks() -> list[bench.Row]:
     net = fit_transfer(points, normals, target, width=64, layers=4, center=(0, 0, 0), extent=1.0, steps=50 if rehearsed() else 1500)
     seconds = time.perf_counter() - start
     rmse = float(np.sqrt(((net.predict(points, normals) - target) ** 2).mean()))
-    rows: list[bench.Row] = [
-        {"scene": "-", "stage": "fit", "RMSE": rmse, "holds": rmse < (1.0 if rehearsed() else 0.02), "first call, s": seconds}
-    ]
+    enough = 1.0 if rehearsed() else 0.02
+    yield {"scene": "-", "stage": "fit", "RMSE": rmse, "holds": rmse < enough, "first call, s": seconds}
     theirs, ours = net.predict(points, normals), torch_backend.predict(net, points, normals).cpu().numpy()
     error = float(np.abs(ours - theirs).max() / np.abs(theirs).max())
-    rows.append({"scene": "-", "stage": "network", "worst": error, "holds": error < TOLERANCE["network"]})
-    return rows
+    yield {"scene": "-", "stage": "network", "worst": error, "holds": error < TOLERANCE["network"]}
 
 
-def compare_pictures() -> list[bench.Row]:
+def compare_pictures() -> Iterator[bench.Row]:
     from sdfprt.imaging import metrics
 
-    rows: list[bench.Row] = []
     with np.load(REFERENCE) as kept:
         for backend in ("glsl", "torch", "warp"):
             try:
@@ -251,10 +240,9 @@ def compare_pictures() -> list[bench.Row]:
                     squares = np.sort(((ours - expected)[both] ** 2).mean(axis=1))
                     db = 10 * np.log10(peak**2 / max(squares[: int(0.98 * len(squares))].mean(), 1e-12))
                     flip = metrics.compare(ours, expected)["flip"]
-                    rows.append({"back end": backend, "picture": title, "dB": float(db), "FLIP": float(flip), "holds": db >= DB})
+                    yield {"back end": backend, "picture": title, "dB": float(db), "FLIP": float(flip), "holds": db >= DB}
             except Exception as error:
-                rows.append({"back end": backend, "picture": "-", "holds": f"no: {type(error).__name__}: {str(error)[:200]}"})
-    return rows
+                yield {"back end": backend, "picture": "-", "holds": f"no: {type(error).__name__}: {str(error)[:200]}"}
 
 
 def frames_of(scene: Any, asset: Any, material: Any, size: int, backend: str) -> bench.Row:
@@ -285,13 +273,12 @@ def frames_of(scene: Any, asset: Any, material: Any, size: int, backend: str) ->
     return row
 
 
-def frames() -> list[bench.Row]:
+def frames() -> Iterator[bench.Row]:
     from sdfprt import Scene, bake
     from sdfprt.material.lobes import parse
 
     paper = importlib.import_module("fps").PAPER
     size = 64 if rehearsed() else 1024
-    rows: list[bench.Row] = []
     for name in PAPER_SCENES[:1] if rehearsed() else PAPER_SCENES:
         scene = Scene.load(name)
         for width in (64, 128):
@@ -303,35 +290,31 @@ def frames() -> list[bench.Row]:
                         row |= frames_of(scene, asset, parse(material), size, backend)
                     except Exception as error:
                         row |= {"first frame, s": f"{type(error).__name__}: {str(error)[:100]}"}
-                    rows.append({**row, "paper, FPS": paper[name][width][which]})
-                    print(json.dumps(rows[-1]), file=sys.stderr, flush=True)
-    return rows
+                    yield {**row, "paper, FPS": paper[name][width][which]}
 
 
-def neural() -> list[bench.Row]:
+def neural() -> Iterator[bench.Row]:
     from sdfprt import Scene, bake
     from sdfprt.material.lobes import parse
 
     size = 64 if rehearsed() else 1024
     paper = {64: (320, 200), 128: (77, 20)}  # of a surface network k32 l2
     scene = Scene.load("neural_bunny")
-    rows: list[bench.Row] = []
     for width in (64, 128):
         asset = bake(scene, width=width)
         for which, material in enumerate(MATERIALS):
             for backend in ("glsl", "torch"):
                 row = {"scene": "neural_bunny", "k": width, "material": material, "back end": backend}
-                rows.append({**row, **frames_of(scene, asset, parse(material), size, backend), "paper, FPS": paper[width][which]})
-    return rows
+                yield {**row, **frames_of(scene, asset, parse(material), size, backend), "paper, FPS": paper[width][which]}
 
 
-def backends() -> list[bench.Row]:
+def backends() -> Iterator[bench.Row]:
     from sdfprt import Scene
     from sdfprt.material.lobes import parse
 
     others = importlib.import_module("backends")
     size = 48 if rehearsed() else 1024
-    scene, rows = Scene.load("mike_monster"), []
+    scene = Scene.load("mike_monster")
     for width in (64,) if rehearsed() else (64, 128, 256, 512):
         net = others.random_net(width, 4)
         for backend in ("glsl", "torch", "warp"):
@@ -341,17 +324,14 @@ def backends() -> list[bench.Row]:
             except Exception as error:
                 row |= {"first frame, s": f"{type(error).__name__}: {str(error)[:100]}"}
             paper: dict[str, str] = dict(zip(("glsl", "torch"), others.PAPER[width], strict=True))
-            rows.append({**row, "paper, FPS": paper.get(backend, "")})
-            print(json.dumps(rows[-1]), file=sys.stderr, flush=True)
-    return rows
+            yield {**row, "paper, FPS": paper.get(backend, "")}
 
 
-def rates() -> list[bench.Row]:
+def rates() -> Iterator[bench.Row]:
     """Transfer after a first call that compiles, with the bake's own choice of a lattice; a whole bake into an empty cache."""
     from sdfprt import Scene, bake, compute_transfer, sample_surface
     from sdfprt.sdf import lattice
 
-    rows: list[bench.Row] = []
     count = 2048 if rehearsed() else 1 << 20
     for name in LIBRARY[:1] if rehearsed() else LIBRARY:
         scene = Scene.load(name)
@@ -363,21 +343,19 @@ def rates() -> list[bench.Row]:
 
         first = bench.seconds(run)
         least = min(bench.seconds(run) for _ in range(3))
-        rows.append({"what": f"transfer, {name}", "million rays/s": count * 128 / least / 1e6, "first call, s": first})
-        print(json.dumps(rows[-1]), file=sys.stderr, flush=True)
+        yield {"what": f"transfer, {name}", "million rays/s": count * 128 / least / 1e6, "first call, s": first}
     with tempfile.TemporaryDirectory() as cache:
         os.environ["SDFPRT_CACHE"] = cache
         desk = Scene.load(folder("bench") / "desk.glsl")
         start = time.perf_counter()
         asset = bake(desk, preview=rehearsed())
-        rows.append({"what": "bake, desk", "s": time.perf_counter() - start, "validation": str(asset.net.info)[:200]})
-    return rows
+        yield {"what": "bake, desk", "s": time.perf_counter() - start, "validation": str(asset.net.info)[:200]}
 
 
-def peak() -> list[bench.Row]:
+def peak() -> Iterator[bench.Row]:
     torch = importlib.import_module("torch")
     where = "cuda" if torch.cuda.is_available() else "cpu"
-    side, rows = (8192 if where == "cuda" else 512), []
+    side = 8192 if where == "cuda" else 512
 
     def timed(run: Callable[[], Any]) -> float:
         for _ in range(3):
@@ -394,7 +372,7 @@ def peak() -> list[bench.Row]:
     for kind in ("float16", "float32"):
         a = torch.randn(side, side, device=where, dtype=torch.float32).to(getattr(torch, kind))
         b = a.clone()
-        rows.append({"what": f"matrix product {kind} {side}^3", "TFLOP/s": 2 * side**3 / timed(lambda a=a, b=b: a @ b) / 1e12})
+        yield {"what": f"matrix product {kind} {side}^3", "TFLOP/s": 2 * side**3 / timed(lambda a=a, b=b: a @ b) / 1e12}
     count = 2**20 if where == "cuda" else 2**10
     random_net = importlib.import_module("backends").random_net
     predict = importlib.import_module("sdfprt.rendering.torch_backend").predict
@@ -403,14 +381,13 @@ def peak() -> list[bench.Row]:
         net = random_net(width, 4)
         rate = count / timed(lambda net=net: predict(net, points, points)) / 1e6
         work = 2e6 * rate * sum(w.size for w, _ in net.weights) / 1e12
-        rows.append({"what": f"network k={width}", "million evaluations/s": rate, "TFLOP/s": work})
+        yield {"what": f"network k={width}", "million evaluations/s": rate, "TFLOP/s": work}
     x = torch.zeros(2**28 if where == "cuda" else 2**22, device=where)
     y = torch.empty_like(x)
-    rows.append({"what": "copy, read and written", "GB/s": 2 * 4 * x.numel() / timed(lambda: y.copy_(x)) / 1e9})
-    return rows
+    yield {"what": "copy, read and written", "GB/s": 2 * 4 * x.numel() / timed(lambda: y.copy_(x)) / 1e9}
 
 
-STEPS: dict[str, tuple[Callable[[], list[bench.Row]], int]] = {  # and seconds that each may take
+STEPS: dict[str, tuple[Callable[[], Iterator[bench.Row]], int]] = {  # and seconds that each may take
     "inventory": (inventory, 60),
     "peak": (peak, 60),
     "kernels": (kernels, 150),
@@ -431,10 +408,9 @@ def run(step: str, limit: float) -> bench.Row:
         try:
             done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, timeout=limit)
             said = done.stderr.strip().splitlines()[-6:] if done.returncode else []
-        except subprocess.TimeoutExpired as late:
-            text = late.stderr.decode() if isinstance(late.stderr, bytes) else late.stderr or ""
-            said = [f"not through in {limit:g} s; last: {text.strip().splitlines()[-1][:200] if text.strip() else 'nothing'}"]
-        rows = json.loads(out.read_text()) if out.is_file() else []
+        except subprocess.TimeoutExpired:
+            said = [f"not through in {limit:g} s"]
+        rows = [json.loads(line) for line in out.read_text().splitlines()] if out.is_file() else []
         return {"rows": rows, "seconds": time.perf_counter() - start, "reason": " | ".join(said)}
 
 
@@ -452,7 +428,9 @@ def main() -> None:
         write_reference()
         return
     if args.step:
-        args.rows.write_text(json.dumps(STEPS[args.step][0](), default=lambda value: value.item()))
+        with args.rows.open("w") as file:
+            for row in STEPS[args.step][0]():
+                print(json.dumps(row, default=lambda value: value.item()), file=file, flush=True)
         return
     results, parts = {}, []
     for step in args.steps:

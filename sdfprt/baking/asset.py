@@ -7,8 +7,9 @@ from pathlib import Path
 
 from sdfprt.core.cache import ASSETS, cache_folder, regular_file
 from sdfprt.core.errors import SdfprtError
+from sdfprt.mesh.scene import MeshScene
 from sdfprt.network.mlp import TransferNet, read
-from sdfprt.sdf.scene import Scene
+from sdfprt.sdf.kinds import AnyScene
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,18 +25,19 @@ class Asset:
         """How the network was fitted, and its validation error."""
         return self.net.info
 
-    def check(self, scene: Scene) -> None:
+    def check(self, scene: AnyScene) -> None:
         """Raise SdfprtError where this asset was baked for another surface."""
         if self.scene_hash != scene.hash:
             where = self.path or "this asset"
-            raise SdfprtError(f"{where}: baked for another SDF than {scene.file} (or for an earlier text of it); bake it again")
+            kind = "mesh" if isinstance(scene, MeshScene) else "SDF"
+            raise SdfprtError(f"{where}: baked for another {kind} than {scene.file} (or for an earlier one); bake it again")
 
     def save(self, path: str | Path) -> None:
         """Write a safetensors file, whole or not at all."""
         self.net.save(path, scene_hash=self.scene_hash)
 
     @classmethod
-    def load(cls, path: str | Path, scene: Scene | None = None) -> Asset:
+    def load(cls, path: str | Path, scene: AnyScene | None = None) -> Asset:
         """Read a file of `save`; with `scene`, check that it belongs to it. Raises SdfprtError for any other file."""
         net, meta = read(path)
         asset = cls(net, meta.get("scene_hash", ""), str(path))
@@ -44,7 +46,7 @@ class Asset:
         return asset
 
     @classmethod
-    def find(cls, path: Path, scene: Scene) -> Asset | None:
+    def find(cls, path: Path, scene: AnyScene) -> Asset | None:
         """The cache's file where it is whole and the scene's; None else, and a bake writes it anew."""
         if not regular_file(path):
             return None
@@ -54,7 +56,7 @@ class Asset:
             return None
 
 
-def find_asset(scene: Scene, width: int) -> Asset | None:
+def find_asset(scene: AnyScene, width: int) -> Asset | None:
     """The weights of that width that ship with the scene, or that a bake with default settings left in the cache."""
     shipped = scene.folder / f"k{width}.safetensors" if scene.folder is not None else None
     if shipped is not None and shipped.is_file():
@@ -64,6 +66,6 @@ def find_asset(scene: Scene, width: int) -> Asset | None:
     return Asset.find(cached_path(scene, width), scene)
 
 
-def cached_path(scene: Scene, width: int, recipe: str = "") -> Path:
+def cached_path(scene: AnyScene, width: int, recipe: str = "") -> Path:
     """Where a bake leaves its asset; `recipe`, of what is not default, takes the place of the width."""
     return cache_folder() / ASSETS / f"{scene.hash}-{recipe or f'k{width}'}.safetensors"

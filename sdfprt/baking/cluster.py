@@ -17,6 +17,7 @@ from numpy import ndarray
 
 from sdfprt.core.errors import SdfprtError
 from sdfprt.sdf import lattice
+from sdfprt.sdf.kinds import AnyScene
 from sdfprt.sdf.scene import Scene
 from sdfprt.transfer.compute import compute_transfer
 
@@ -93,10 +94,10 @@ def each(client: Any, function: Callable, tasks: Iterable[tuple]) -> Iterator[tu
 
 
 def transfer(
-    scene: Scene, points: ndarray, normals: ndarray, bands: int, rays: int, seed: int, start: int, rounded: bool
+    scene: AnyScene, points: ndarray, normals: ndarray, bands: int, rays: int, seed: int, start: int, rounded: bool
 ) -> ndarray:
     """The task of the bake: transfer of points whose numbers begin at `start`, by the lattice if `rounded`; joins the others'."""
-    by = lattice.worthwhile(scene) if rounded else None
+    by = lattice.worthwhile(scene) if rounded and isinstance(scene, Scene) else None
     return compute_transfer(scene, points, normals, bands, rays, seed=seed, start=start, lattice=by)
 
 

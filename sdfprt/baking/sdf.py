@@ -1,4 +1,4 @@
-"""The bake of a signed distance field: what is there already, samples, networks, asset; the only module that knows the order."""
+"""The bake of a network: what is there already, samples, networks, asset; the only module that knows the order."""
 
 from contextlib import nullcontext
 from dataclasses import asdict, replace
@@ -12,13 +12,14 @@ from sdfprt.baking.stages import Part, Samples, Size
 from sdfprt.core import settings
 from sdfprt.core.cache import WORK, cache_folder, trim_work
 from sdfprt.core.errors import SdfprtError
-from sdfprt.sdf.scene import Scene
+from sdfprt.mesh.scene import MeshScene
+from sdfprt.sdf.kinds import AnyScene
 
 KEEP = 24  # working files that stay when a bake ends
 
 
 def bake(
-    scene: Scene,
+    scene: AnyScene,
     width: int = settings.Network.width,
     layers: int = settings.Network.layers,
     bands: int = settings.Transfer.bands,
@@ -79,16 +80,16 @@ def bake(
 
 
 def _samples(
-    scene: Scene, points: int, rays: int, bands: int, seed: int, resolution: int, cluster: str | None
+    scene: AnyScene, points: int, rays: int, bands: int, seed: int, resolution: int, cluster: str | None
 ) -> tuple[str, Samples, Samples]:
     """The name of what was traced, samples to train on, and samples for validation, with more rays and by the field alone."""
     work, held = cache_folder() / WORK, settings.Fit.held_out
-    rounded = points * rays > settings.Lattice.few
+    rounded = points * rays > settings.Lattice.few and not isinstance(scene, MeshScene)
     parts = Part(0, points, rays, rounded), Part(points, points + held, settings.Fit.held_out_rays, False)
     key = stages.digest(scene.hash, points, held, seed, resolution, asdict(settings.Surface()))
     traced = work / f"transfer-{stages.digest(key, bands, rays, asdict(settings.Trace()), asdict(settings.Lattice()))}"
     with workers.connect(cluster) if cluster else nullcontext() as client:  # first, since it may not be there
-        drawn = stages.surface(scene, work / f"surface-{key}.npz", points + held, seed, resolution)
+        drawn = stages.surface(scene, work / f"surface-{key}.npz", points + held, held, seed, resolution)
         if client is not None:
             for part in parts:
                 stages.trace_ahead(client, scene, drawn, part, traced, bands, seed)

@@ -13,9 +13,9 @@ from sdfprt.light.light import Light
 from sdfprt.material import shading
 from sdfprt.material.lobes import Material
 from sdfprt.network.mlp import TransferNet
-from sdfprt.sdf.scene import Scene
-from sdfprt.sdf.trace import GBuffer, gbuffer
+from sdfprt.sdf.kinds import AnyScene
 from sdfprt.transfer.compute import compute_transfer
+from sdfprt.transfer.seen import Seen, see
 
 SIZES = (Size(16, 3), Size(32, 3), Size(32, 4), Size(64, 4), Size(128, 4))  # that are tried, from the smallest
 ENCODINGS = ((3, 1), (5, 1))  # octaves that are then tried in the size that was found
@@ -80,18 +80,18 @@ class View:
         return shading.shade(transfer, self.normals, self.outgoing, self.light, self.material)
 
 
-def views(scene: Scene, work: Path, bands: int, seed: int) -> list[View]:
+def views(scene: AnyScene, work: Path, bands: int, seed: int) -> list[View]:
     """Small views about the target's vertical, between the places that the scene's own camera is likely to see."""
     light, found = Light.load(_VIEW_LIGHT).sh(bands), []
     for k in range(_VIEWS):
         camera = scene.camera.turned(2 * np.pi * (k + 0.5) / _VIEWS)
-        seen = gbuffer(scene, camera, (_VIEW_SIDE, _VIEW_SIDE))
+        seen = see(scene, camera, (_VIEW_SIDE, _VIEW_SIDE))
         if not seen.mask.any():
             continue
         rays = settings.Exact.rays
         key = digest(scene.hash, asdict(camera), _VIEW_SIDE, bands, rays, seed, asdict(settings.Trace()))
 
-        def trace(seen: GBuffer = seen, rays: int = rays) -> Arrays:
+        def trace(seen: Seen = seen, rays: int = rays) -> Arrays:
             return {"T": compute_transfer(scene, seen.points, seen.normals, bands, rays, seed=seed + 1)}
 
         shapes = {"T": (len(seen.points), bands * bands)}

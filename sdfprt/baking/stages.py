@@ -20,9 +20,11 @@ from sdfprt.core.cache import regular_file
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
 from sdfprt.core.progress import track
+from sdfprt.mesh import samples as mesh_samples
+from sdfprt.mesh.scene import MeshScene
 from sdfprt.network.fit import fit_transfer
 from sdfprt.network.mlp import TransferNet
-from sdfprt.sdf.scene import Scene
+from sdfprt.sdf.kinds import AnyScene
 from sdfprt.sdf.surface import sample_surface
 
 Arrays = dict[str, ndarray]
@@ -79,17 +81,21 @@ def stored(path: Path, shapes: dict[str, tuple[int, int]]) -> Arrays | None:
     return found if good else None
 
 
-def surface(scene: Scene, path: Path, count: int, seed: int, resolution: int) -> Arrays:
-    """`points` and `normals` of samples of the surface."""
+def surface(scene: AnyScene, path: Path, count: int, held: int, seed: int, resolution: int) -> Arrays:
+    """`points` and `normals` of samples of the surface; the last `held`, for validation, are vertices where it is a mesh."""
 
     def make() -> Arrays:
+        if isinstance(scene, MeshScene):
+            pairs = mesh_samples.sample(scene, count - held, seed), mesh_samples.sample_vertices(scene, held, seed)
+            points, normals = (np.concatenate(each) for each in zip(*pairs, strict=True))
+            return {"points": points, "normals": normals}
         drawn = sample_surface(scene, count, seed=seed, resolution=resolution)
         return {"points": drawn.points, "normals": drawn.normals}
 
     return cached(path, {"points": (count, 3), "normals": (count, 3)}, make)
 
 
-def samples(scene: Scene, drawn: Arrays, part: Part, folder: Path, bands: int, seed: int) -> Samples:
+def samples(scene: AnyScene, drawn: Arrays, part: Part, folder: Path, bands: int, seed: int) -> Samples:
     """Points, normals and transfer of a part of the surface, a file a chunk; numbers run through, so chunks join."""
     points, normals = (drawn[name][part.start : part.stop] for name in ("points", "normals"))
     transfer = np.empty((len(points), bands * bands), np.float32)
@@ -104,7 +110,7 @@ def samples(scene: Scene, drawn: Arrays, part: Part, folder: Path, bands: int, s
     return points, normals, transfer
 
 
-def trace_ahead(client: Any, scene: Scene, drawn: Arrays, part: Part, folder: Path, bands: int, seed: int) -> None:
+def trace_ahead(client: Any, scene: AnyScene, drawn: Arrays, part: Part, folder: Path, bands: int, seed: int) -> None:
     """The files that `samples` looks for, by the workers of a cluster: a file's points in tasks of workers.POINTS at most."""
     # The tasks of the files that are not there yet
     tasks: list[tuple[Path, slice]] = []
@@ -120,7 +126,8 @@ def trace_ahead(client: Any, scene: Scene, drawn: Arrays, part: Part, folder: Pa
     done: dict[Path, dict[int, ndarray]] = {path: {} for path in left}
 
     # Each file as soon as its tasks are back
-    _ = scene.native  # translated once, here
+    if not isinstance(scene, MeshScene):
+        _ = scene.native  # translated once, here
     arguments = (
         (scene, drawn["points"][cut], drawn["normals"][cut], bands, part.rays, seed, cut.start, part.rounded) for _, cut in tasks
     )
@@ -135,7 +142,7 @@ def trace_ahead(client: Any, scene: Scene, drawn: Arrays, part: Part, folder: Pa
 
 
 def network(
-    scene: Scene, stem: Path, train: Samples, validation: Samples, size: Size, steps: int, seed: int, target_psnr: float | None
+    scene: AnyScene, stem: Path, train: Samples, validation: Samples, size: Size, steps: int, seed: int, target_psnr: float | None
 ) -> TransferNet:
     """The fitted network of one size; `stem`.safetensors holds it, `stem`.part what a stopped fit left."""
     done, part = stem.with_suffix(".safetensors"), stem.with_suffix(".part")

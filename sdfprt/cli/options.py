@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from sdfprt.imaging.camera import Camera
     from sdfprt.light.light import Light
     from sdfprt.material.lobes import Material
-    from sdfprt.sdf.scene import Scene
+    from sdfprt.sdf.kinds import AnyScene
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -93,7 +93,7 @@ class Layout(StrEnum):
 
 
 # Flags of one value that several verbs take
-SceneName = Annotated[str, typer.Argument(metavar="SCENE", help="A library name, a .glsl or .py file, or a scene folder.")]
+SceneName = Annotated[str, typer.Argument(metavar="SCENE", help="A library name, a .glsl, .py or mesh file, or a scene folder.")]
 MeshFile = Annotated[Path, typer.Argument(metavar="MESH", help="A triangle mesh: .ply, .obj, .stl, .glb, .gltf or .off.")]
 Output = Annotated[Path, typer.Option("-o", "--output", help="OUT.png (tone-mapped) or OUT.exr (raw, with alpha).")]
 FolderOutput = Annotated[Path, typer.Option("-o", "--output", metavar="FOLDER", help="The scene folder to write.")]
@@ -131,7 +131,7 @@ class Reading:
         list[str] | None, typer.Option("--define", metavar="NAME=VALUE", help="A value for a name of the file; several times.")
     ] = None
 
-    def load(self, source: str) -> "Scene":
+    def load(self, source: str) -> "AnyScene":
         from sdfprt.sdf.scene import Scene
 
         given: dict[str, Any] = {}
@@ -142,7 +142,10 @@ class Reading:
             given["up"] = self.up.value
         if self.define:
             given["defines"] = dict(map(definition, self.define))
-        return Scene.load(source, **given)
+        loaded = Scene.load(source, **given)
+        for note in () if isinstance(loaded, Scene) else loaded.notes:  # `check` shows those of a Scene
+            print(f"sdfprt: {loaded.file}: {note}", file=sys.stderr)
+        return loaded
 
 
 @dataclass(frozen=True)
@@ -165,7 +168,7 @@ class Look:
         """As the file has it; `yaw` is left to the caller."""
         return read_light(self.light, self.light_layout)
 
-    def read_material(self, scene: "Scene") -> "Material":
+    def read_material(self, scene: "AnyScene") -> "Material":
         from sdfprt.material.lobes import parse
 
         colours = read_colours(self.albedo, self.specular)
@@ -174,7 +177,7 @@ class Look:
         own = scene.material
         return replace(own, **{k: v for k, v in colours.items() if v is not None and hasattr(own, k)})
 
-    def read_camera(self, scene: "Scene") -> "Camera":
+    def read_camera(self, scene: "AnyScene") -> "Camera":
         places = {name: triple(text, f"--{name}") for name in ("eye", "target") if (text := getattr(self, name)) is not None}
         return replace(scene.camera, **places, **({} if self.fov is None else {"fov": self.fov}))
 
@@ -215,7 +218,7 @@ class Weights:
         int | None, typer.Option("--width", help=f"Neurons a layer, not beside --asset; default: {settings.Network.width}.")
     ] = None
 
-    def read(self, scene: "Scene") -> "Asset":
+    def read(self, scene: "AnyScene") -> "Asset":
         from sdfprt.baking.asset import Asset
         from sdfprt.baking.sdf import bake
 

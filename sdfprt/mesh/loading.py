@@ -1,6 +1,7 @@
 """A mesh file as a scene: read, mended, given normals, joined. One road for every command that takes a mesh."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ from numpy import ndarray
 
 from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
+from sdfprt.maths import axes
 from sdfprt.mesh import gltf, obj, off, ply, stl
 from sdfprt.mesh.normals import smooth
 from sdfprt.mesh.parts import Content, Finish, Part
@@ -46,13 +48,18 @@ def content(path: str | Path) -> Content:
     return found
 
 
-def load(path: str | Path, **given: Any) -> MeshScene:
-    """The scene of a mesh file; `given` fields (camera, material, title, name, folder) take the place of what is found.
+def load(path: str | Path, up: str = "y", **given: Any) -> MeshScene:
+    """The scene of a mesh file; `up` (y or z) is its vertical; `given` fields (camera, material, title, name, folder) go before
+    what is found.
 
     Raises SdfprtError for a file that is missing, cut, empty, of another kind, no mesh, or not finite.
     """
     path = Path(path)
+    if up not in ("y", "z"):
+        raise SdfprtError(f"{path}: up = {up!r}; give y or z")
     found = content(path)
+    if up == "z":
+        found = Content([_upright(part) for part in found.parts], found.notes)
     return scene_of(found, str(path), **{"name": path.stem, "file": path.name, "folder": path.resolve().parent, **given})
 
 
@@ -123,6 +130,12 @@ def scene_of(found: Content, place: str, **given: Any) -> MeshScene:
         notes=tuple(notes),
         **given,
     )
+
+
+def _upright(part: Part) -> Part:
+    """A part whose vertical is z, in the world, where it is y."""
+    turn = np.array([axes.to_world(each, "z") for each in np.eye(3)])
+    return replace(part, vertices=part.vertices @ turn, normals=None if part.normals is None else part.normals @ turn)
 
 
 def near(vertices: ndarray, places: ndarray) -> tuple[ndarray, ndarray]:

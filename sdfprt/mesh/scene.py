@@ -18,9 +18,8 @@ from numpy import ndarray
 
 from sdfprt.imaging.camera import Camera
 from sdfprt.material.lobes import Diffuse, Material
+from sdfprt.maths.box import Box, corner
 from sdfprt.mesh.parts import Finish, decoded
-
-Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +52,7 @@ class MeshScene:
     @functools.cached_property
     def bounds(self) -> Box:
         """The box about the triangles."""
-        low, high = self.vertices.min(0).astype(float), self.vertices.max(0).astype(float)
-        return tuple(low.tolist()), tuple(high.tolist())  # type: ignore[return-value]
+        return corner(self.vertices.min(0)), corner(self.vertices.max(0))
 
     @property
     def size(self) -> ndarray:

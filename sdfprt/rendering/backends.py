@@ -28,6 +28,7 @@ from sdfprt.material.lobes import Diffuse, Material
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering import frame as opengl
 from sdfprt.rendering import torch_backend
+from sdfprt.sdf.kinds import AnyScene
 from sdfprt.sdf.scene import Scene
 
 NAMES = ("glsl", "torch", "warp")
@@ -129,7 +130,7 @@ def choose(
 
 
 def frame(
-    scene: Scene,
+    scene: AnyScene,
     asset: Asset | TransferNet,
     light: Light,
     material: Material | None = None,
@@ -157,7 +158,7 @@ def frame(
 
 
 def render(
-    scene: Scene,
+    scene: AnyScene,
     asset: Asset | TransferNet,
     light: Light,
     material: Material | None = None,

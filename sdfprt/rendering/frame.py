@@ -13,20 +13,22 @@ from sdfprt.core.opengl import context, in_render_thread, read
 from sdfprt.imaging.camera import Camera
 from sdfprt.imaging.shot import Frame, Shot
 from sdfprt.light.light import Light
+from sdfprt.mesh.scene import MeshScene
 from sdfprt.network.mlp import TransferNet
+from sdfprt.rendering.mesh_surface import raster_tile
 from sdfprt.rendering.pieces import BACKGROUND, FREE, GRAIN
 from sdfprt.rendering.programs import programs
 from sdfprt.rendering.targets import Target, environment_texture
 from sdfprt.rendering.uniforms import set_camera, set_light, set_material, set_uniforms
 from sdfprt.rendering.units import SAMPLERS, Unit
-from sdfprt.sdf.scene import Scene
+from sdfprt.sdf.kinds import AnyScene
 
 _TILE = 1024  # samples along a side that are rendered at once
 _ROW = 32_768  # groups along x
 _GROUP = 8  # invocations of the second pass side by side, as light.glsl says
 
 
-def network_of(asset: Asset | TransferNet, scene: Scene) -> TransferNet:
+def network_of(asset: Asset | TransferNet, scene: AnyScene) -> TransferNet:
     """The network of an asset, checked to be this scene's; a bare network is taken as it is."""
     if isinstance(asset, TransferNet):
         return asset
@@ -54,16 +56,18 @@ def light_coefficients(light: Light, shot: Shot, net_bands: int) -> tuple[Float[
     return light.sh_dered(bands) if shot.lighting.dering else (light.sh(bands), 0.0)
 
 
-def checked(pixels: Float[ndarray, "h w 4"], scene: Scene) -> Float[ndarray, "h w 4"]:
+def checked(pixels: Float[ndarray, "h w 4"], scene: AnyScene) -> Float[ndarray, "h w 4"]:
     """Raises SdfprtError where a value is not finite."""
     if bad := int((~np.isfinite(pixels)).any(axis=2).sum()):
-        raise SdfprtError(f"{scene.file}: {bad} pixels are not finite; does the SDF or its albedo give NaN?")
+        raise SdfprtError(f"{scene.file}: {bad} pixels are not finite; does the scene or its albedo give NaN?")
     return pixels
 
 
 @in_render_thread
-def trace_tile(scene: Scene, camera: Camera, tile: tuple[int, int, int, int], whole: tuple[int, int]) -> Target:
+def trace_tile(scene: AnyScene, camera: Camera, tile: tuple[int, int, int, int], whole: tuple[int, int]) -> Target:
     """The first pass over one tile of a picture of `whole` samples."""
+    if isinstance(scene, MeshScene):
+        return raster_tile(scene, camera, tile, whole)
     surface, free, target = programs().scene_program(scene), programs().fixed_program(FREE), programs().target(tile[2:])
     for each in (surface, free):
         set_uniforms(each.program, freeCones=SAMPLERS["freeCones"], grain=GRAIN)
@@ -94,7 +98,7 @@ def trace_tile(scene: Scene, camera: Camera, tile: tuple[int, int, int, int], wh
 
 
 @in_render_thread
-def draw(scene: Scene, net: TransferNet, light: Light, shot: Shot) -> Frame:
+def draw(scene: AnyScene, net: TransferNet, light: Light, shot: Shot) -> Frame:
     """Draw with learnt transfer, by OpenGL. Raises SdfprtError without OpenGL, and where the picture is not finite."""
     coefficients, strength = light_coefficients(light, shot, net.bands)
 

@@ -6,6 +6,7 @@ Weights, light, colours and camera change without compiling.
 import functools
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Protocol, runtime_checkable
 
 import moderngl
 
@@ -35,6 +36,18 @@ from sdfprt.rendering.units import SAMPLERS, Unit, scene_samplers
 from sdfprt.sdf.scene import Scene
 
 PROGRAMS = 24  # kept at most, of each kind; and textures
+MESHES = 4  # whose buffers are kept at most
+
+
+@runtime_checkable
+class _MeshBuffers(Protocol):
+    """Those of rendering/mesh_surface.py, which builds on this file."""
+
+    arrays: dict[tuple[str, ...], moderngl.VertexArray]
+    groups: list
+    pictures: dict[int, moderngl.Texture]
+
+    def release(self) -> None: ...
 
 
 class FullScreen:
@@ -60,6 +73,8 @@ class Programs:
         self.lightings: Kept[tuple, moderngl.ComputeShader] = Kept(PROGRAMS)
         self.targets: Kept[tuple[int, int], Target] = Kept(TARGET_SAMPLES, lambda size: size[0] * size[1])
         self.textures: Kept[str, Texture] = Kept(PROGRAMS)
+        self.meshes: Kept[str, _MeshBuffers] = Kept(MESHES)
+        self.mesh_programs: Kept[tuple[str, ...], moderngl.Program] = Kept(PROGRAMS)
         self.weights: Kept[str, moderngl.Texture] = Kept(PROGRAMS)
         self.lit: dict[str, int] = {}  # samples, by the network's digest
 
@@ -90,6 +105,15 @@ class Programs:
     def fixed_program(self, pieces: tuple[str, ...]) -> FullScreen:
         """The program of a pass without anything of the scene's or the network's: FREE or BACKGROUND."""
         return self._full_screen(pieces[-1], lambda: fixed_fragment(pieces), pieces, pieces[-1])
+
+    def mesh_program(self, pieces: tuple[str, ...]) -> moderngl.Program:
+        """The program of a pass over a mesh's triangles: MESH_DEPTH or MESH_SURFACE."""
+
+        def compiled() -> moderngl.Program:
+            with _placed(pieces, pieces[-1]):
+                return context().program(vertex_shader=f"{VERSION}\n{piece('mesh_vertex')}", fragment_shader=fixed_fragment(pieces))
+
+        return self.mesh_programs.get(pieces, compiled)
 
     def choose_variant(self, net: TransferNet, shot: Shot) -> Variant:
         """The lighting program for this shot.

@@ -33,6 +33,7 @@ from sdfprt.material.lobes import name as material_name
 from sdfprt.material.lobes import parse as parse_material
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering.frame import draw as draw_frame
+from sdfprt.sdf.kinds import AnyScene
 from sdfprt.sdf.scene import Scene
 
 FORMAT = "sdfprt-render-set-1"
@@ -45,7 +46,7 @@ _VERSION = 1  # of what the renderer draws; a change makes files anew
 class Job:
     """One picture, as a worker gets it."""
 
-    scene: Scene
+    scene: AnyScene
     net: TransferNet
     light: Light
     shot: Shot
@@ -59,7 +60,7 @@ class Job:
 
 
 def render_set(
-    scenes: Sequence[str | Path | Scene],
+    scenes: Sequence[str | Path | AnyScene],
     folder: str | Path,
     lights: Sequence[str | Path | Light] = ("sky_afternoon",),
     yaws: Sequence[float] = (0.0,),
@@ -87,7 +88,7 @@ def render_set(
         raise SdfprtError(f"render-set: cannot write {kind}; use {' or '.join(KINDS)}")
     if not scenes or not lights or not yaws or not materials or (views < 1 and not cameras):
         raise SdfprtError("render-set: give at least one scene, light, yaw, view and material")
-    loaded = [scene if isinstance(scene, Scene) else Scene.load(scene) for scene in scenes]
+    loaded = [scene if isinstance(scene, AnyScene) else Scene.load(scene) for scene in scenes]
     environments = [light if isinstance(light, Light) else Light.load(light) for light in lights]
     chosen = [parse_material(each) if isinstance(each, str) else each for each in materials]
     folder.mkdir(parents=True, exist_ok=True)
@@ -162,7 +163,7 @@ def _entry(job: Job, yaw: float, light: str) -> dict[str, Any]:
         "exposure": job.exposure if job.for_eyes else None,
     }
     net = [job.net.digest, job.net.scale.tolist()]
-    depends = [_VERSION, entry, job.scene.hash, job.scene.shader_source, net, light, job.kind]
+    depends = [_VERSION, entry, job.scene.hash, job.scene.look, net, light, job.kind]
     digest = hashlib.sha256(json.dumps(depends).encode()).hexdigest()[:12]
     about = f"{job.scene.name}-{job.light.name}-{yaw:g}-{entry['material']}"
     return {"file": f"{re.sub(r'[^A-Za-z0-9_.+-]', '_', about)}-{digest}.{job.kind}", **entry}

@@ -23,9 +23,8 @@ from sdfprt.material import shading
 from sdfprt.network import fused
 from sdfprt.network.mlp import TransferNet, activate, encode
 from sdfprt.rendering.frame import checked, light_coefficients, tiles, trace_tile
-from sdfprt.sdf.colour import colours
-from sdfprt.sdf.scene import Scene
-from sdfprt.sdf.trace import gbuffer
+from sdfprt.sdf.kinds import AnyScene
+from sdfprt.transfer.seen import see
 
 _CACHE = 2**20  # bytes of one layer's values, on a CPU
 _ROWS = 2**16  # points at once, on a GPU
@@ -41,6 +40,7 @@ class Seen:
     normals: Float[torch.Tensor, "n 3"]
     albedo: Float[torch.Tensor, "n 3"] | None
     exponent: Float[torch.Tensor, "n"] | None
+    dark: Float[torch.Tensor, "n"]  # 1 inside of a closed mesh, else 0
 
 
 def device() -> str:
@@ -96,33 +96,41 @@ def _sent(values: ndarray) -> torch.Tensor:
 
 
 @in_render_thread
-def _seen_in_tile(scene: Scene, shot: Shot, tile: tuple[int, int, int, int]) -> Seen:
+def _seen_in_tile(scene: AnyScene, shot: Shot, tile: tuple[int, int, int, int]) -> Seen:
     """One job, since the next one draws to the same textures."""
     target = trace_tile(scene, shot.camera, tile, shot.fine)
     points, normals, colour = planes().planes(target.seen)
     hit = points[..., 3] > 0.5
     flat = colour[hit]
     albedo, exponent = (flat[:, :3] if scene.has_albedo else None), (flat[:, 3] if scene.has_exponent else None)
-    return Seen(tile, hit, points[hit][:, :3], normals[hit][:, :3], albedo, exponent)
+    return Seen(tile, hit, points[hit][:, :3], normals[hit][:, :3], albedo, exponent, normals[hit][:, 3])
 
 
-def _seen_by_opengl(scene: Scene, shot: Shot) -> Iterator[Seen]:
+def _seen_by_opengl(scene: AnyScene, shot: Shot) -> Iterator[Seen]:
     """The first pass of the OpenGL renderer, tile after tile."""
     for tile in tiles(shot.size, shot.samples):
         yield _seen_in_tile(scene, shot, tile)
 
 
-def _seen_by_warp(scene: Scene, shot: Shot) -> Iterator[Seen]:
+def _seen_by_warp(scene: AnyScene, shot: Shot) -> Iterator[Seen]:
     """The Warp tracer, the whole picture at once."""
-    seen = gbuffer(scene, shot.camera, shot.size, shot.samples)
-    albedo, exponent = (None if v is None else _sent(v) for v in colours(scene, seen.points, seen.normals))
-    yield Seen((0, 0, *shot.fine), _sent(seen.mask), _sent(seen.points), _sent(seen.normals), albedo, exponent)
+    seen = see(scene, shot.camera, shot.size, shot.samples)
+    albedo, exponent = (None if v is None else _sent(v) for v in (seen.albedo, seen.exponent))
+    yield Seen(
+        (0, 0, *shot.fine),
+        _sent(seen.mask),
+        _sent(seen.points),
+        _sent(seen.normals),
+        albedo,
+        exponent,
+        _sent(seen.dark.astype(np.float32)),
+    )
 
 
 SURFACES = {"torch": _seen_by_opengl, "warp": _seen_by_warp}
 
 
-def draw(scene: Scene, net: TransferNet, light: Light, shot: Shot, surface: str = "torch") -> Frame:
+def draw(scene: AnyScene, net: TransferNet, light: Light, shot: Shot, surface: str = "torch") -> Frame:
     """As rendering.frame.draw; `surface` torch traces by OpenGL, warp needs none.
 
     Raises SdfprtError for torch without OpenGL, for the triple product in each fragment, and where the picture is not finite.
@@ -141,6 +149,7 @@ def draw(scene: Scene, net: TransferNet, light: Light, shot: Shot, surface: str 
         transfer = predict(net, seen.points, seen.normals)
         own = {"albedo": seen.albedo, "exponent": seen.exponent}
         colour = shading.shade(transfer, seen.normals, outgoing, coefficients, shot.material, result_bands, **own)
+        colour = colour * (1 - seen.dark[:, None])
         fine[seen.mask] = torch.nn.functional.pad(colour, (0, 1), value=1.0)
 
         # Unpacked, with the light behind it, averaged over each pixel's samples

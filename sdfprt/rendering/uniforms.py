@@ -13,7 +13,7 @@ from sdfprt.imaging.camera import Camera
 from sdfprt.material import shading
 from sdfprt.material.lobes import Material, parts
 from sdfprt.rendering.pieces import Variant
-from sdfprt.sdf.scene import Scene
+from sdfprt.sdf.kinds import AnyScene
 
 Program = moderngl.Program | moderngl.ComputeShader
 
@@ -53,7 +53,7 @@ def set_light(program: Program, variant: Variant, bands: int, light: Float[ndarr
     return [buffer]
 
 
-def set_material(program: Program, scene: Scene, material: Material) -> None:
+def set_material(program: Program, scene: AnyScene, material: Material) -> None:
     optional = ("hasAlbedo", "hasExponent", "albedo", "specular", "exponent")  # by the material's lobes
     set_uniforms(program, optional, hasAlbedo=scene.has_albedo, hasExponent=scene.has_exponent, **parts(material))
 

@@ -11,6 +11,7 @@ class Unit(IntEnum):
     COLOUR = 2
     ENVIRONMENT = 3  # the light behind the scene
     WEIGHTS = 4  # of the network
+    PICTURE = 5  # of a mesh's finish
     CONES = 7  # how far the coarse pass was free
     SCENE = 8
 
@@ -21,6 +22,7 @@ SAMPLERS = {
     "surfaceColour": Unit.COLOUR,
     "environment": Unit.ENVIRONMENT,
     "networkWeights": Unit.WEIGHTS,
+    "picture": Unit.PICTURE,
     "freeCones": Unit.CONES,
 }  # uniform -> unit
 

@@ -26,6 +26,7 @@ from sdfprt.glsl.prepare import Prepared
 from sdfprt.imaging.camera import Camera
 from sdfprt.material.lobes import DiffusePhong, Material, parse, parts
 from sdfprt.maths.box import UNIT, Box
+from sdfprt.mesh import folder as meshes
 from sdfprt.sdf import folder as folders
 from sdfprt.sdf import measure
 from sdfprt.sdf.compiled import Compiled
@@ -86,8 +87,10 @@ class Scene:
         bounds: Box | None = None,
         up: str | None = None,
         defines: Mapping[str, Any] | None = None,
-    ) -> Scene:
-        """A library scene by name, a .glsl file, a .py file, or a folder with sdf.glsl and scene.toml, or with scene.py.
+    ) -> Any:
+        """A library scene by name, a .glsl file, a .py file, a mesh file, or a folder with sdf.glsl, scene.py or a mesh's name.
+
+        A MeshScene for a mesh (.ply, .obj, .stl, .glb, .gltf, .off, or mesh = "file" in scene.toml), else a Scene.
 
         A Python file is run, with all that it may do, so name only those that you trust; its `scene` is a csg solid or a
         Scene. A folder with sdf.glsl runs nothing.
@@ -100,6 +103,8 @@ class Scene:
         path = folders.find(source)
         given: dict[str, Any] = {"bounds": bounds, "up": up, "defines": defines}
         given = {key: value for key, value in given.items() if value is not None}
+        if meshes.is_mesh(path):
+            return meshes.open_scene(path, given)
         if path.is_dir():
             settings = folders.read_settings(path, given)
             if folders.has(path, folders.FILE):
@@ -222,6 +227,11 @@ class Scene:
     def shader_source(self) -> str:
         """GLSL for the renderer: the user's text, includes expanded, and `float sdfprt_distance(vec3 p)`."""
         return self.prepared.text
+
+    @property
+    def look(self) -> str:
+        """All that a picture of it depends on beside the surface."""
+        return self.shader_source
 
     @property
     def has_albedo(self) -> bool:

@@ -11,6 +11,7 @@ from sdfprt.core.errors import SdfprtError
 from sdfprt.core.progress import track
 from sdfprt.maths import sh
 from sdfprt.mesh.scene import MeshScene
+from sdfprt.sdf.kinds import AnyScene
 from sdfprt.sdf.lattice import NO_LATTICE, Lattice
 from sdfprt.sdf.scene import Scene
 from sdfprt.transfer import projection
@@ -38,7 +39,7 @@ def kernel(scene: Scene) -> Any:
 
 
 def compute_transfer(
-    scene: Scene | MeshScene,
+    scene: AnyScene,
     points: Float[ndarray, "n 3"],
     normals: Float[ndarray, "n 3"],
     bands: int = settings.Transfer.bands,

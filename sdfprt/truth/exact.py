@@ -18,18 +18,17 @@ from sdfprt.light.light import Light
 from sdfprt.material import shading
 from sdfprt.material.lobes import Material
 from sdfprt.network.mlp import TransferNet
-from sdfprt.sdf.colour import colours
-from sdfprt.sdf.scene import Scene
-from sdfprt.sdf.trace import GBuffer, gbuffer
+from sdfprt.sdf.kinds import AnyScene
 from sdfprt.transfer.compute import compute_transfer
+from sdfprt.transfer.seen import Seen, see
 
 
 @dataclass(frozen=True)
 class View:
     """Hit points of a camera and their transfer, to be lit as often as wanted."""
 
-    scene: Scene
-    seen: GBuffer
+    scene: AnyScene
+    seen: Seen
     transfer: Float[ndarray, "n k"]
 
     @property
@@ -41,7 +40,6 @@ class View:
     ) -> Float[ndarray, "h w 3"]:
         """Linear radiance, black where nothing is hit; light and result bands default to the transfer's."""
         bands = round(self.transfer.shape[1] ** 0.5)
-        albedo, exponent = colours(self.scene, self.seen.points, self.seen.normals)
         values = shading.shade(
             self.transfer,
             self.seen.normals,
@@ -49,8 +47,8 @@ class View:
             light.sh(light_bands or bands),
             material,
             result_bands or bands,
-            albedo,
-            exponent,
+            self.seen.albedo,
+            self.seen.exponent,
         )
         picture = np.zeros((*self.mask.shape, 3), np.float32)
         picture[self.mask] = values
@@ -66,7 +64,7 @@ class View:
 
 
 def view(
-    scene: Scene,
+    scene: AnyScene,
     camera: Camera | None = None,
     size: tuple[int, int] = (settings.Render.width, settings.Render.height),
     bands: int = settings.Transfer.bands,
@@ -75,11 +73,11 @@ def view(
     seed: int = 0,
 ) -> View:
     """Trace the camera's rays and cast `rays` from each hit; size is (W, H)."""
-    seen = gbuffer(scene, camera or scene.camera, size, samples)
+    seen = see(scene, camera or scene.camera, size, samples)
     return View(scene, seen, compute_transfer(scene, seen.points, seen.normals, bands=bands, rays=rays, seed=seed))
 
 
-def draw(scene: Scene, light: Light, shot: Shot, bands: int = settings.Transfer.bands, rays: int = settings.Exact.rays) -> Frame:
+def draw(scene: AnyScene, light: Light, shot: Shot, bands: int = settings.Transfer.bands, rays: int = settings.Exact.rays) -> Frame:
     """What the renderers would show if their network made no error.
 
     Raises SdfprtError for options that they have and this has not.
@@ -94,7 +92,7 @@ def draw(scene: Scene, light: Light, shot: Shot, bands: int = settings.Transfer.
 
 
 def exact(
-    scene: Scene,
+    scene: AnyScene,
     light: Light,
     material: Material | None = None,
     camera: Camera | None = None,
@@ -108,6 +106,6 @@ def exact(
     return draw(scene, light, compose(scene, material, camera, size, samples, **lighting), bands, rays).rgb
 
 
-def thumbnail(scene: Scene, size: int = 256) -> Float[ndarray, "h w 3"]:
+def thumbnail(scene: AnyScene, size: int = 256) -> Float[ndarray, "h w 3"]:
     """A quick picture with soft shadows: the scene's own camera and material in the library's afternoon."""
     return exact(scene, Light.load("sky_afternoon"), size=(size, size), rays=64)

@@ -26,7 +26,7 @@ from sdfprt.imaging.camera import Camera
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, Material, Phong, name
 from sdfprt.rendering.backends import frame
-from sdfprt.sdf.scene import Scene
+from sdfprt.sdf.kinds import AnyScene
 from sdfprt.truth import exact
 from sdfprt.truth.path_tracing import reference_image
 
@@ -82,7 +82,7 @@ def split(material: Material, width: int, drawn: ndarray, network: ndarray, fine
 
 
 def report(
-    scene: Scene,
+    scene: AnyScene,
     output: Path,
     light: Light | None = None,
     materials: Sequence[Material] = (Diffuse(), Phong()),

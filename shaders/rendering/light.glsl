@@ -43,6 +43,7 @@ void main() {
         vec4 colour = texelFetch(surfaceColour, place(k), 0);
         vec3 o = normalize(eye - p[k]);
         vec3 light = shade(n[k], o, transfer, hasAlbedo ? colour.rgb : albedo, hasExponent ? colour.a : exponent);
-        imageStore(radiance, place(k), vec4(light, 1.0));
+        float dark = texelFetch(surfaceDirection, place(k), 0).w;  // the inside of a closed mesh
+        imageStore(radiance, place(k), vec4(light * (1.0 - dark), 1.0));
     }
 }

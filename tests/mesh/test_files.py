@@ -222,7 +222,9 @@ def test_bodies_are_turned_outwards_but_a_cavity_stays(tmp_path: Path) -> None:
     inner.apply_scale(0.5)
     inner.invert()
     far.invert()
-    both = trimesh.util.concatenate([ball, far, inner])
+    both = trimesh.Trimesh(
+        *trimesh.util.append_faces([m.vertices for m in (ball, far, inner)], [m.faces for m in (ball, far, inner)])
+    )
     random = np.random.default_rng(0)
     turned = random.uniform(size=len(both.faces)) < 0.3
     both.faces[turned] = both.faces[turned][:, ::-1]

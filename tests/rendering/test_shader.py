@@ -25,7 +25,7 @@ PIECES = sorted(folder("shaders").glob("*/*.glsl"))
 
 @pytest.mark.parametrize("path", PIECES, ids=lambda p: p.stem)
 def test_each_piece_compiles_alone(path, tmp_path):
-    stage = {"vertex": "vert", "light": "comp"}.get(path.stem, "frag")
+    stage = "vert" if path.stem.endswith("vertex") else "comp" if path.stem == "light" else "frag"
     sizes = pieces.defines(nets.random_net(), Variant(3))
     for extra in ("", "#define HAS_ALBEDO\n#define HAS_EXPONENT\n"):
         source = tmp_path / f"piece.{stage}"

@@ -1,0 +1,40 @@
+"""Points spread over a mesh, with its shading normals: what a network is fitted to, and the vertices that test it."""
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from sdfprt.core.errors import SdfprtError
+from sdfprt.mesh.rays import shading_normals
+from sdfprt.mesh.repair import cross_of
+from sdfprt.mesh.scene import MeshScene
+
+
+def sample(scene: MeshScene, n: int, seed: int = 0) -> tuple[Float[ndarray, "n 3"], Float[ndarray, "n 3"]]:
+    """`n` points by area, in random order, with unit shading normals; triangles with two sides are drawn on both.
+
+    Stratified: each n-th of the area gets one point. Same seed, same points.
+    """
+    if n < 1:
+        raise SdfprtError(f"sample: n must be 1 or more, not {n}")
+    random = np.random.default_rng(seed)
+    area = np.linalg.norm(cross_of(scene.vertices.astype(np.float64), scene.faces), axis=1)
+    sides = np.where(scene.two_sided, 2.0, 1.0)
+    cumulative = np.cumsum(area * sides)
+    place = (np.arange(n) + random.uniform(size=n)) / n * cumulative[-1]
+    faces = np.searchsorted(cumulative, place, side="right").clip(0, len(area) - 1)
+    s, t = np.sqrt(random.uniform(size=n)), random.uniform(size=n)
+    weights = np.stack([s * (1 - t), s * t], 1).astype(np.float32)
+    front = ~scene.two_sided[faces] | (random.uniform(size=n) < 0.5)
+    order = random.permutation(n)
+    faces, weights, front = faces[order], weights[order], front[order]
+    return scene.interpolated(scene.vertices, faces, weights).astype(np.float32), shading_normals(scene, faces, weights, front)
+
+
+def sample_vertices(scene: MeshScene, n: int, seed: int = 0) -> tuple[Float[ndarray, "n 3"], Float[ndarray, "n 3"]]:
+    """`n` vertices, chosen evenly where there are more, again and again where there are fewer; those with two sides on either."""
+    random = np.random.default_rng(seed)
+    count = len(scene.vertices)
+    chosen = np.concatenate([random.permutation(count) for _ in range(-(-n // count))])[:n]
+    back = scene.doubled[chosen] & (random.uniform(size=n) < 0.5)
+    return scene.vertices[chosen], np.where(back[:, None], -scene.normals[chosen], scene.normals[chosen])

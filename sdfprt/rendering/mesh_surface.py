@@ -1,0 +1,125 @@
+"""The first pass of a mesh: depths, then place, normal and colour into the textures that an SDF's first pass fills."""
+
+import moderngl
+import numpy as np
+
+from sdfprt.core.opengl import context
+from sdfprt.imaging.camera import Camera
+from sdfprt.material.lobes import Diffuse, Phong
+from sdfprt.mesh.scene import MeshScene
+from sdfprt.rendering.pieces import LIST, MESH_DEPTH, MESH_SURFACE
+from sdfprt.rendering.programs import programs
+from sdfprt.rendering.targets import Target
+from sdfprt.rendering.uniforms import set_camera, set_uniforms
+from sdfprt.rendering.units import SAMPLERS, Unit
+
+_ATTRIBUTES = ("place", "direction", "coordinates", "paint")
+_SRGB8 = 0x8C41
+_CLOSE = 1e-3  # nearest depth, of the farthest, where the camera is within the bounds
+
+
+class Group:
+    """Triangles of one finish that have one side, or two: a stretch of the indices."""
+
+    def __init__(self, finish: int, two_sided: bool, first: int, count: int) -> None:
+        self.finish, self.two_sided, self.first, self.count = finish, two_sided, first, count
+
+
+class MeshBuffers:
+    """Vertices, indices and pictures of a mesh on the GPU, with a vertex array a program."""
+
+    def __init__(self, scene: MeshScene) -> None:
+        gl, count = context(), len(scene.vertices)
+        rows = np.ones((count, 11), np.float32)
+        rows[:, :3], rows[:, 3:6] = scene.vertices, scene.normals
+        rows[:, 6:8] = 0 if scene.uvs is None else scene.uvs
+        if scene.colours is not None:
+            rows[:, 8:] = scene.colours
+        kind = scene.finish.astype(np.int64) * 2 + scene.two_sided
+        order = np.argsort(kind, kind="stable")
+        kinds, starts = np.unique(kind[order], return_index=True)
+        ends = [*starts[1:].tolist(), len(order)]
+        self.groups = [
+            Group(int(kind) // 2, bool(kind % 2), 3 * first, 3 * (end - first))
+            for kind, first, end in zip(kinds.tolist(), starts.tolist(), ends, strict=True)
+        ]
+        self.vertices = gl.buffer(rows.tobytes())
+        self.indices = gl.buffer(np.ascontiguousarray(scene.faces[order], np.uint32).tobytes())
+        self.arrays: dict[tuple[str, ...], moderngl.VertexArray] = {
+            pieces: gl.vertex_array(
+                programs().mesh_program(pieces), [(self.vertices, "3f 3f 2f 3f", *_ATTRIBUTES)], self.indices, skip_errors=True
+            )
+            for pieces in (MESH_DEPTH, MESH_SURFACE)
+        }
+        self.pictures: dict[int, moderngl.Texture] = {}
+        if scene.uvs is not None:
+            for number, finish in enumerate(scene.finishes):
+                if finish.picture is not None:
+                    texels = np.ascontiguousarray(finish.picture)
+                    made = gl.texture(texels.shape[1::-1], 3, texels.tobytes(), alignment=1, internal_format=_SRGB8)
+                    made.filter = (moderngl.LINEAR, moderngl.LINEAR)
+                    self.pictures[number] = made
+
+    def release(self) -> None:
+        for thing in (*self.arrays.values(), self.vertices, self.indices, *self.pictures.values()):
+            thing.release()
+
+
+def raster_tile(scene: MeshScene, camera: Camera, tile: tuple[int, int, int, int], whole: tuple[int, int]) -> Target:
+    """As frame.trace_tile, of a mesh; in the render thread."""
+    gl, target = context(), programs().target(tile[2:])
+    buffers = programs().meshes.get(scene.hash + scene.look, lambda: MeshBuffers(scene))
+    near, far = _depths(scene, camera)
+    for pieces in (MESH_DEPTH, MESH_SURFACE):
+        program = programs().mesh_program(pieces)
+        set_camera(program, camera, (*tile[:2], *whole))
+        set_uniforms(program, tile=tuple(map(float, tile[2:])), clip=(near, far))
+
+    # Depths first, so that each sample is shaded once
+    gl.enable(moderngl.DEPTH_TEST)
+    gl.disable(moderngl.CULL_FACE)
+    gl.front_face = "cw"  # the picture's first row is the lowest here
+    gl.depth_func = "<"
+    target.surface.clear(depth=1.0)
+    target.closed.use()
+    buffers.arrays[MESH_DEPTH].render(moderngl.TRIANGLES)
+    target.surface.use()
+    gl.depth_func = "<="
+    program = programs().mesh_program(MESH_SURFACE)
+    own = scene.material.lobes
+    albedo = next((lobe.albedo for lobe in own if isinstance(lobe, Diffuse)), Diffuse().albedo)
+    exponent = next((lobe.exponent for lobe in own if isinstance(lobe, Phong)), Phong().exponent)
+    for group in buffers.groups:
+        finish, texels = scene.finishes[group.finish], buffers.pictures.get(group.finish)
+        painted = texels is not None or scene.colours is not None
+        if texels is not None:
+            texels.use(Unit.PICTURE)
+        set_uniforms(
+            program,
+            finishAlbedo=finish.albedo or ((1.0, 1.0, 1.0) if painted else albedo),
+            finishExponent=exponent if finish.exponent is None else finish.exponent,
+            painted=texels is not None,
+            picture=SAMPLERS["picture"],
+            twoSided=group.two_sided,
+        )
+        buffers.arrays[MESH_SURFACE].render(moderngl.TRIANGLES, vertices=group.count, first=group.first)
+    gl.front_face = "ccw"
+    gl.disable(moderngl.DEPTH_TEST)
+
+    # The list of hits
+    target.list.clear()
+    target.list.bind_to_storage_buffer(0)
+    target.closed.use()
+    target.seen[0].use(Unit.POINT)
+    listing = programs().fixed_program(LIST)
+    set_uniforms(listing.program, surfacePoint=SAMPLERS["surfacePoint"])
+    listing.draw()
+    return target
+
+
+def _depths(scene: MeshScene, camera: Camera) -> tuple[float, float]:
+    """Nearest and farthest depth of the scene's bounds in front of the camera, with some room."""
+    corners = np.stack(np.meshgrid(*np.asarray(scene.bounds).T, indexing="ij"), -1).reshape(-1, 3)
+    depths = (corners - np.asarray(camera.eye)) @ camera.axes[2]
+    far = max(float(depths.max()), 1e-6) * 1.001 + 1e-3 * scene.diagonal
+    return max(float(depths.min()) - 1e-3 * scene.diagonal, _CLOSE * far), far

@@ -1,0 +1,3 @@
+// The early depth pass: nothing but depths.
+void main() {
+}

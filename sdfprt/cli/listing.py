@@ -35,7 +35,7 @@ def check(
     png: Annotated[Path | None, typer.Option(help="Write a thumbnail.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Does the scene compile, where is its surface, is it a distance, what does it cost?"""
+    """Does the scene compile, where is its surface, is it a distance, what does it cost? Exit status 1 where there are problems."""
     from sdfprt.sdf import check
 
     if png is not None:
@@ -50,3 +50,5 @@ def check(
 
         write(png, thumbnail(loaded))
         print(png)
+    if report.problems:
+        raise typer.Exit(1)

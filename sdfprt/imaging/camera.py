@@ -10,6 +10,8 @@ from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
 
 Vector = tuple[float, float, float]
+_FRONT_RIGHT = (0.5, 0.4, 0.77)  # from the target to the eye
+_FILLED = 0.9  # of the picture's half height: how far from its middle a framed point may lie
 
 
 @dataclass(frozen=True)
@@ -28,13 +30,30 @@ class Camera:
             raise SdfprtError("camera: eye and target coincide, or the view is along `up`")
 
     @classmethod
-    def framing(cls, bounds: tuple[Vector, Vector], fov: float = settings.Camera.fov) -> "Camera":
-        """Looks at the whole of the bounds from the front right, slightly above."""
+    def framing(
+        cls,
+        bounds: tuple[Vector, Vector],
+        fov: float = settings.Camera.fov,
+        points: Float[ndarray, "n 3"] | None = None,
+    ) -> "Camera":
+        """Looks from the front right, slightly above, at the bounds; at the whole of `points` in a square picture, if given."""
         low, high = np.asarray(bounds, float)
         center, radius = (low + high) / 2, np.linalg.norm(high - low) / 2
-        direction = np.array([0.5, 0.4, 0.77])
-        eye = center + direction / np.linalg.norm(direction) * 0.85 * radius / np.sin(np.radians(fov) / 2)
-        return cls(eye=tuple(eye.tolist()), target=tuple(center.tolist()), fov=fov)
+        direction = np.array(_FRONT_RIGHT) / np.linalg.norm(_FRONT_RIGHT)
+        camera = cls(tuple((center + direction).tolist()), tuple(center.tolist()), fov=fov)
+        if points is None or not len(points):
+            eye = center + direction * 0.85 * radius / np.sin(np.radians(fov) / 2)
+            return replace(camera, eye=tuple(eye.tolist()))
+
+        # Of each edge of the picture the point that it must be moved away for, if the target stays or goes to the middle
+        right, up, forward = camera.axes
+        offset = points - center
+        width = _FILLED * camera.half_height
+        across, near = offset @ np.stack([right, up], 1), -(offset @ forward)[:, None]
+        above, below = (across + width * near).max(0), (-across + width * near).max(0)
+        distance, aside = float((above + below).max()) / (2 * width), (above - below) / 2
+        target = center + aside[0] * right + aside[1] * up
+        return replace(camera, eye=tuple((target - distance * forward).tolist()), target=tuple(target.tolist()))
 
     @property
     def axes(self) -> Float[ndarray, "3 3"]:

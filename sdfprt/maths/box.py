@@ -16,3 +16,11 @@ def corner(values: Any) -> tuple[float, float, float]:
     """Three numbers as a corner of a box."""
     x, y, z = (float(value) for value in values)
     return (x, y, z)
+
+
+def said(box: Box) -> str:
+    """The box in words, its numbers to a thousandth of its longest side."""
+    longest = float(np.subtract(box[1], box[0]).max())
+    digits = max(int(3 - np.floor(np.log10(longest))), 0)
+    low, high = ("(" + ", ".join(f"{round(x, digits):.15g}" for x in each) + ")" for each in box)
+    return f"{low} to {high}"

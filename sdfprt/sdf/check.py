@@ -10,8 +10,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from sdfprt.maths.box import UNIT, Box
+from sdfprt.maths.box import Box, said
 from sdfprt.sdf import measure
+from sdfprt.sdf.bounds import ROOM, find_bounds
 from sdfprt.sdf.es import es_note
 from sdfprt.sdf.scene import Scene
 
@@ -40,15 +41,13 @@ class Report:
     notes: tuple[str, ...]
 
     def __str__(self) -> str:
-        low, high = (", ".join(f"{x:.3g}" for x in corner) for corner in self.bounds)
         rows = [
             f"{self.name}: compiles for Warp and OpenGL",
-            f"surface    {'found' if self.surface else 'none'} in ({low}) to ({high}), {self.inside:.1%} inside"
+            f"surface    {'found' if self.surface else 'none'} in {said(self.bounds)}, {self.inside:.1%} inside"
             + (", cut by the bounds" if self.open_at_bounds else ""),
         ]
         if self.found_bounds is not None:
-            low, high = (", ".join(f"{x:.3g}" for x in corner) for corner in self.found_bounds)
-            rows.append(f"it reaches ({low}) to ({high})")
+            rows.append(f"it reaches {said(self.found_bounds)}")
         rows += [
             f"slope      {self.slope:.3g}, step {self.step:.3g}, suggested {self.suggested_step:.3g}",
             f"not finite {self.not_finite} of {self.samples} samples",
@@ -101,21 +100,22 @@ def check(scene: Scene) -> Report:
     thin = 0 <= lowest < measure.THIN * scene.diagonal
     surface = thin or (lowest < 0 and bool((values > 0).any()))
     suggested_offset = measure.THIN * scene.diagonal / 2 if thin else 0.0
-    found = None if dead else measure.find_bounds(scene.distance)
+    whole = None if dead else find_bounds(scene.distance)
+    found = whole.bounds if whole else None
     faces = _on_faces(scene.bounds, points)
     cut = float(np.mean(values[faces] < 0)) if faces.any() else 0.0
     if thin:
         notes.append(f"the distance is never negative; offset = {suggested_offset:.3g} gives it a thickness")
     if not surface:
         problems.append(
-            f"{scene.file}: no surface inside bounds {scene.bounds}; smallest distance {lowest:.3g} at "
+            f"{scene.file}: no surface inside bounds {said(scene.bounds)}; smallest distance {lowest:.3g} at "
             f"({at[0]:.3g}, {at[1]:.3g}, {at[2]:.3g})"
-            + (f"; there is one in {found}: set `bounds` in scene.toml" if found is not None else "")
+            + (f"; there is one in {said(found)}: set `bounds` in scene.toml" if found is not None else "")
         )
     elif cut > 0.9 and values.max() > 0:
         problems.append(f"{scene.file}: inside out: the distance is negative all around; return -d")
-    elif found is not None and scene.bounds == UNIT and _misses(scene.bounds, found):
-        notes.append(f"the surface reaches beyond the bounds, to {found}: set `bounds` in scene.toml")
+    elif whole is not None and not whole.endless and _misses(scene.bounds, whole.bounds):
+        notes.insert(0, f"the bounds cut the surface, which reaches {said(whole.bounds)}; scene.toml or --bounds says them")
 
     # The slope: a distance never changes faster than 1
     slope = 0.0 if dead else measure.slope(scene.distance, scene.bounds)
@@ -166,4 +166,6 @@ def _on_faces(box: Box, points: Float[ndarray, "n 3"]) -> ndarray:
 
 
 def _misses(bounds: Box, found: Box) -> bool:
-    return bool((np.asarray(found[0]) < bounds[0]).any() or (np.asarray(found[1]) > bounds[1]).any())
+    """Whether the surface, the middle of the room about which is `found`, reaches out of the bounds."""
+    room = 1.5 * ROOM * float(np.subtract(found[1], found[0]).max())
+    return bool((np.asarray(found[0]) + room < bounds[0]).any() or (np.asarray(found[1]) - room > bounds[1]).any())

@@ -86,8 +86,6 @@ def read_settings(path: Path, given: Mapping[str, Any]) -> dict[str, Any]:
         for key in ("step", "offset"):
             if key in toml:
                 found[key] = float(toml[key])
-        if "notes" in toml:
-            found["notes"] = tuple(str(note) for note in list(toml["notes"]))
         if "camera" in toml:
             found["camera"] = {k: tuple(map(float, v)) if k != "fov" else float(v) for k, v in toml["camera"].items()}
         if "entry" in toml:
@@ -110,13 +108,12 @@ def read_settings(path: Path, given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def in_the_world(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Bounds and camera, which are given in the file's axes, in the world's; the camera's numbers as a Camera."""
+    """Bounds and the parts of a camera, which are given in the file's axes, in the world's."""
     found, up = dict(given), given.get("up", "y")
     if "bounds" in found:
         found["bounds"] = axes.box_to_world(found["bounds"], up)
     if "camera" in found:
-        own: dict[str, Any] = {k: axes.to_world(v, up) if k != "fov" else v for k, v in found["camera"].items()}
-        found["camera"] = Camera(**own)
+        found["camera"] = {k: axes.to_world(v, up) if k != "fov" else v for k, v in found["camera"].items()}
     return found
 
 
@@ -159,7 +156,6 @@ def write(
     textures: Mapping[str, ndarray],
     parts: Mapping[int, Any],
     defines: Mapping[str, Any],
-    notes: tuple[str, ...],
 ) -> None:
     """Write sdf.glsl and scene.toml that are read as the same scene; `numbers` are bounds, step and offset, in the world."""
     try:
@@ -170,7 +166,6 @@ def write(
     lines = [f"title = {json.dumps(title)}", *(f"{key} = {_toml(value)}" for key, value in numbers.items())]
     lines += [f'up = "{up}"'] if up != "y" else []
     lines += [f"entry = {json.dumps(entry)}"] if entry else []
-    lines += [f"notes = {json.dumps(notes, ensure_ascii=False)}"] if notes else []
     lines += ["", "[camera]", *(f"{key} = {_toml(axes.to_file(getattr(camera, key), up))}" for key in ("eye", "target", "up"))]
     lines += [f"fov = {float(camera.fov)!r}"]
     lines += ["", "[material]", *_material_lines(material)]

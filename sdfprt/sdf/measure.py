@@ -9,14 +9,11 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from sdfprt.core.progress import track
 from sdfprt.maths.box import Box, diagonal
 
 Distance = Callable[[ndarray], ndarray]
 GRID = 48  # samples along each side of a box
-_REACH = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)  # half sides of the boxes searched for a surface
 _CHORD = 0.01  # of the diagonal
-_ALL_AROUND = 0.9  # of the samples on the faces of the bounds; a landscape that fills the bounds has less
 _CHUNK = 1 << 18  # samples evaluated at once
 _TOLERANCE = 1.02  # slopes up to this are taken for 1
 THIN = 2e-3  # of the diagonal: a field that is never negative but comes this near zero has a surface
@@ -28,27 +25,14 @@ def grid(box: Box) -> Float[ndarray, "n 3"]:
     return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
 
 
-def faces(box: Box) -> Float[ndarray, "n 3"]:
-    """The points of `grid` that lie on the faces of the box."""
-    points, (low, high) = grid(box), np.asarray(box, np.float32)
-    return points[((points <= low) | (points >= high)).any(axis=1)]
-
-
-def negative_all_around(values: Float[ndarray, "n"]) -> bool:
-    """Do distances on the faces of the bounds say that the field is inside out?"""
-    return float(np.mean(values < 0)) > _ALL_AROUND
-
-
 def samples(distance: Distance, first: ndarray, cell: float, counts: ndarray) -> Float[ndarray, "nz ny nx"]:
     """Distances at the corners of cubic cells, `counts` of them along x, y and z from `first` on; a few layers at a time."""
     x, y, z = (first[axis] + cell * np.arange(counts[axis]) for axis in range(3))
     values = np.empty(counts[::-1], np.float32)
     layers = max(_CHUNK // (len(x) * len(y)), 1)
-    with track("samples", len(z)) as advance:
-        for begin in range(0, len(z), layers):
-            part = np.stack(np.meshgrid(z[begin : begin + layers], y, x, indexing="ij")[::-1], -1)
-            values[begin : begin + layers] = distance(part.reshape(-1, 3).astype(np.float32)).reshape(part.shape[:3])
-            advance(len(part))
+    for begin in range(0, len(z), layers):
+        part = np.stack(np.meshgrid(z[begin : begin + layers], y, x, indexing="ij")[::-1], -1)
+        values[begin : begin + layers] = distance(part.reshape(-1, 3).astype(np.float32)).reshape(part.shape[:3])
     return values
 
 
@@ -95,27 +79,9 @@ def smallest(distance: Distance, bounds: Box, points: ndarray, values: ndarray) 
         d = np.nan_to_num(distance(near))[:, None]
         near = near - d * _gradient(distance, near, 1e-4 * diagonal(bounds))
         near = np.clip(near, *np.asarray(bounds)).astype(np.float32)
+    # A little farther in, where a thin solid may be
+    deeper = near - 0.05 * THIN * diagonal(bounds) * _gradient(distance, near, 1e-5 * diagonal(bounds))
+    near = np.concatenate([near, np.clip(deeper, *np.asarray(bounds)).astype(np.float32)])
     every, where = np.concatenate([values, distance(near)]), np.concatenate([points, near])
     k = int(np.argmin(np.where(np.isfinite(every), every, np.inf)))
     return float(every[k]), where[k]
-
-
-def find_bounds(distance: Distance) -> Box | None:
-    """A box around the surface, found on ever larger grids; None where there is none or it does not end."""
-    for reach in _REACH:
-        points = grid(((-reach, -reach, -reach), (reach, reach, reach)))
-        values = distance(points)
-        cell = 2 * reach / (GRID - 1)
-        held = values < 0.5 * cell  # NaN holds nothing
-        if not held.any():
-            continue
-        low, high = points[held].min(0), points[held].max(0)
-        if low.min() <= -reach * 0.999 or high.max() >= reach * 0.999:
-            continue  # cut by this box, so look in the next
-        return (_corner(low - cell), _corner(high + cell))
-    return None
-
-
-def _corner(values: ndarray) -> tuple[float, float, float]:
-    x, y, z = (round(float(v), 3) for v in values)
-    return (x, y, z)

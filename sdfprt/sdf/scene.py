@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from dataclasses import field as default
 from pathlib import Path
@@ -30,6 +30,7 @@ from sdfprt.mesh import folder as meshes
 from sdfprt.sdf import folder as folders
 from sdfprt.sdf import measure
 from sdfprt.sdf.compiled import Compiled
+from sdfprt.sdf.measured import measured
 from sdfprt.sdf.textures import Texels
 
 NORMAL_STEP = 2e-4  # half width of the taps, of the diagonal
@@ -96,8 +97,8 @@ class Scene:
         Scene. A folder with sdf.glsl runs nothing.
 
         `bounds` (in the file's own axes), `up` ("y" or "z", the file's vertical) and `defines` go before what scene.toml says.
-        What neither says is measured: `bounds` where the default box misses the surface, `offset` where the distance is
-        never negative, `step` where it overestimates. Nothing is, where scene.toml gives `step`.
+        What neither says is measured: `bounds` about the whole surface, `offset` where the distance is never negative, `step`
+        where it overestimates, and a `camera` that shows the whole. A given `step` says that the field needs no offset.
         Raises SdfprtError for a missing file or wrong scene.toml, GlslError for GLSL that does not compile.
         """
         path = folders.find(source)
@@ -109,8 +110,7 @@ class Scene:
             settings = folders.read_settings(path, given)
             if folders.has(path, folders.FILE):
                 text = folders.read_text(path / folders.FILE)
-                scene = cls(**{"glsl": text, "name": path.resolve().name, **settings, "folder": path})
-                return scene._measured(settings)
+                return cls._of_text(text, {"name": path.resolve().name, **settings, "folder": path})
             if folders.has(path, folders.PYTHON):
                 return cls._of_python(path / folders.PYTHON, path.resolve().name, settings)
             raise SdfprtError(f"{path}: a scene folder needs the file {folders.FILE} or {folders.PYTHON}")
@@ -120,23 +120,29 @@ class Scene:
             return cls._of_python(path, name, settings)
         if path.is_file():
             text = folders.read_text(path)
-            scene = cls(text, **{"name": path.stem, "file": path.name, "folder": path.resolve().parent, **settings})
-            return scene._measured(settings)
+            return cls._of_text(text, {"name": path.stem, "file": path.name, "folder": path.resolve().parent, **settings})
         raise SdfprtError(
             f"{source}: no such scene; there are {', '.join(folders.library())}, or give a .glsl or .py file or a scene folder"
         )
 
     @classmethod
+    def _of_text(cls, glsl: str, given: Mapping[str, Any]) -> Scene:
+        """The scene of a text; what is not given is measured, and so is what is not given of a camera."""
+        arguments = {key: value for key, value in given.items() if key != "camera"}
+        return cls(glsl, **arguments)._measured(arguments, given.get("camera", {}))
+
+    @classmethod
     def _of_python(cls, path: Path, name: str, given: dict) -> Scene:
         """The `scene` that a Python file defines, with what scene.toml says; what a solid leaves out is measured."""
+        camera = given.get("camera", {})
+        own = {"name": name, "folder": path.resolve().parent} | {key: v for key, v in given.items() if key != "camera"}
         with folders.errors_of(path):
             made = folders.run(path, name)
             if not isinstance(made, cls) and hasattr(made, "scene"):  # a solid, or whatever else can become a scene
-                own = {"file": path.name, "name": name, "folder": path.resolve().parent}
-                made = made.scene(**{**own, **given})._measured({"bounds": made.bounds, **given})
+                return made.scene(**{"file": path.name, **own})._measured({"bounds": None, **own}, camera)
         if not isinstance(made, cls):
             raise SdfprtError(f"{path}: defines no `scene`: a solid of sdfprt.csg or an sdfprt.Scene")
-        return replace(made, **{"name": name, "folder": path.resolve().parent, **given})
+        return replace(made, camera=replace(made.camera, **camera), **own)
 
     @classmethod
     def from_torch(
@@ -147,52 +153,26 @@ class Scene:
         name: str = "module",
         resolution: int = GridFit.resolution,
         max_weights: int = FromTorch.weights,
-        column: int | None = None,
     ) -> Scene:
         """A trained torch SDF, (N, 3) -> (N,) or (N, 1), as a scene; `step` is measured.
-
-        Of several columns `column` is the distance; of a dict the entry "sdf", of a tuple the first. The module is asked in its
-        own float type (halves in floats), in evaluation mode, and left as it was.
 
         Linear layers, the usual activations, skips and sine encodings become GLSL, held against the module at random
         points. Any other callable, and networks of more than `max_weights`, are sampled on a grid, `resolution` samples along
         the longest side; a warning and `notes` then say why, and what error that costs.
-        Raises SdfprtError where the module fails, is not finite, returns another shape, is inside out or without a surface.
+        Raises SdfprtError where the module fails, is not finite, or returns another shape.
         """
         from sdfprt.sdf.neural.torch_module import read_module
 
-        return cls(**read_module(module, bounds, name, resolution, max_weights, column)).with_measured_step()
+        return cls(**read_module(module, bounds, name, resolution, max_weights)).with_measured_step()
 
-    def _measured(self, given: dict) -> Scene:
-        """The scene with bounds, offset and step by measurement where `given` has none."""
-        if given.keys() >= {"step"}:
-            return self
-        scene, bounds = self, self.bounds
-        points = measure.grid(bounds)
-        values = scene.distance(points)
-        if not np.isfinite(values).any():
-            return self  # `check` and the surface say what is wrong
-        lowest = measure.smallest(scene.distance, bounds, points, values)[0]
-        if "bounds" not in given and lowest > measure.THIN * scene.diagonal:
-            bounds = measure.find_bounds(scene.distance) or bounds
-            points = measure.grid(bounds)
-            lowest = measure.smallest(scene.distance, bounds, points, scene.distance(points))[0]
-        thickness = measure.THIN / 2 * measure.diagonal(bounds)
-        thin = "offset" not in given and 0 <= lowest < 2 * thickness
-        steepest = measure.slope(scene.distance, bounds)
-        step = measure.safe_step(steepest)
-        if not thin and step == scene.step and bounds == scene.bounds:
-            return self
-        notes = [*self.notes]
-        if bounds != self.bounds:
-            notes.append(f"the default bounds have no surface in them; bounds = {bounds} were found")
-        if thin:
-            notes.append(f"the distance is never negative; offset = {thickness:.3g} was chosen, which gives it a thickness")
-        if step != self.step:
-            notes.append(f"the distance overestimates (slope {steepest:.3g}); step = {step:.2g} was chosen, which marches safely")
-        camera = Camera.framing(bounds) if bounds != self.bounds else self.camera
-        offset = thickness if thin else self.offset
-        return replace(self, bounds=bounds, step=step, offset=offset, camera=camera, notes=tuple(notes))
+    def _measured(self, given: Collection[str], camera: Mapping[str, Any]) -> Scene:
+        """The scene with bounds, offset and step by measurement where they are not `given`, and the rest of a camera."""
+        if {"bounds", "step"} <= set(given) and camera.keys() >= {"eye", "target"}:
+            return replace(self, camera=Camera(**camera))
+        asked = {key: getattr(self, key) for key in ("bounds", "offset", "step") if key in given}
+        found = measured(self.distance, **asked, **camera)
+        notes = (*self.notes, *found.notes)
+        return replace(self, bounds=found.bounds, offset=found.offset, step=found.step, camera=found.framed, notes=notes)
 
     def with_measured_step(self) -> Scene:
         """The same scene with the step that its field needs."""
@@ -214,7 +194,6 @@ class Scene:
             textures=self.textures,
             parts=self.parts,
             defines=self.defines,
-            notes=self.notes,
         )
         return path
 

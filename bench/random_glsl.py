@@ -3,9 +3,15 @@
 Values stay tame (sums are scaled, divisors kept from zero) and thresholds are shifted off round numbers, so that
 rounding rarely decides a branch: two correct implementations agree but for a few points. asin and acos are left out:
 OpenGL allows them large errors, and drivers make them (4e-4 seen).
+
+Programs of odd seeds are wild: they take roots and logarithms of negative numbers, divide by zero, normalise zero vectors and
+raise negative numbers to whole powers, and take what is no number away again by min, max, clamp, step, smoothstep, mix and
+comparisons, as authors do without noticing. An integer of what may be no number is left out: drivers differ in it. So are sums
+and products that Mesa folds as if all values were finite (x - x, 0.0 * x).
 """
 
 import random
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 VECTORS = {"vec2": 2, "vec3": 3, "vec4": 4}
@@ -28,6 +34,7 @@ class Writer:
 
     def __post_init__(self) -> None:
         self.random = random.Random(self.seed)
+        self.wild = self.seed % 2 == 1
         self.scopes: list[dict[str, list[str]]] = [{}]
 
     # Names
@@ -69,6 +76,9 @@ class Writer:
             return self.matrix(kind, depth - 1)
         return getattr(self, f"scalar_{kind}")(depth - 1)
 
+    def finite(self, value: str) -> str:
+        return f"clamp({value}, -9.0, 9.0)" if self.wild else value
+
     def leaf(self, kind: str) -> str:
         if kind in VECTORS:
             return f"{kind}({', '.join(self.constant() for _ in range(VECTORS[kind]))})"
@@ -97,7 +107,7 @@ class Writer:
             lambda: f"{self.pick('sqrt', 'log')}(abs({e()}) + 0.2)",
             lambda: f"exp(-abs({e()}))",
             lambda: f"exp2(min({e()}, 1.5))",
-            lambda: f"pow(abs({e()}) + 0.1, 1.3)",
+            lambda: f"pow(abs({self.finite(e())}) + 0.1, 1.3)",
             lambda: f"{self.pick('min', 'max')}({e()}, {e()})",
             lambda: f"clamp({e()}, -1.1, abs({e()}))",
             lambda: f"mix({e()}, {e()}, clamp({e()}, 0.0, 1.0))",
@@ -118,7 +128,42 @@ class Writer:
             lambda: f"float({e('bool')})",
             lambda: f"(-({e()}))",
         ]
+        if self.wild and self.random.random() < 0.4:
+            options = self.wild_floats(e)
         return self.random.choice(options)()
+
+    def wild_floats(self, e: Callable[..., str]) -> list[Callable[[], str]]:
+        """What is no number, or infinite, for some points; and what takes that away again."""
+
+        def x() -> str:  # no constant: compilers fold what is no number each in its own way
+            return f"({e()} + 0.01 * p.{self.random.choice('xyz')})"
+
+        def wild() -> str:
+            return self.pick(
+                f"sqrt({x()})",
+                f"log({x()} - 0.0137)",
+                f"inversesqrt({x()} - 0.0137)",
+                f"(1.0137 / floor({x()} * 1.3))",
+                f"(sqrt({x()}) / floor({x()} * 1.3 + 0.0137))",
+                f"normalize(floor({e('vec3')} * 1.1 + p + 0.0137)).{self.random.choice('xyz')}",
+                f"pow(clamp({x()}, -2.0, 2.0), 1.3)",
+            )
+
+        return [
+            wild,
+            lambda: f"{self.pick('min', 'max')}({wild()}, {e()})",
+            lambda: f"{self.pick('min', 'max')}({e()}, {wild()})",
+            lambda: f"clamp({wild()}, -1.1, 1.3)",
+            lambda: f"clamp({e()}, {wild()}, 1.7)",
+            lambda: f"step({wild()}, {e()} + 0.0137)",
+            lambda: f"step({e()} + 0.0137, {wild()})",
+            lambda: f"smoothstep(-0.5, 0.9, {wild()})",
+            lambda: f"mix({e()}, {wild()}, {self.pick('0.0', '1.0')})",
+            lambda: f"pow({e()}, {self.pick('0.0', '1.0', '2.0', '3.0', '4.0', '5.0', '8.0')})",
+            lambda: f"(acos({wild()} + 0.0137) < 9.0 ? {e()} : {e()})",
+            lambda: f"(asin({e()} + 0.0137) > -9.0 ? {e()} : {e()})",
+            lambda: f"({wild()} {self.pick('<', '>', '<=', '>=')} {e()} + 0.0137 ? {e()} : {e()})",
+        ]
 
     def scalar_int(self, depth: int) -> str:
         def e(kind: str = "int") -> str:
@@ -129,7 +174,7 @@ class Writer:
             lambda: f"({e()} / (1 + ({e()} & 7)))",
             lambda: f"(({e()} & 1023) % (1 + ({e()} & 7)))",
             lambda: f"({e()} {self.pick('<<', '>>')} ({e()} & 7))",
-            lambda: f"int({e('float')} * 3.0 + 0.137)",
+            lambda: f"int({self.finite(e('float'))} * 3.0 + 0.137)",
             lambda: f"int({e('uint')} & 0xffffu)",
             lambda: f"{self.pick('min', 'max')}({e()}, {e()})",
             lambda: f"clamp({e()}, -5, 12)",
@@ -222,7 +267,7 @@ class Writer:
             [
                 lambda: f"({e()} {self.pick('+', '-', '*', '^', '&')} {e()})",
                 lambda: f"{kind}({', '.join(e('int') for _ in range(n))})",
-                lambda: f"{kind}({e(f'vec{n}')} * 3.0 + 0.137)",
+                lambda: f"{kind}({self.finite(e(f'vec{n}'))} * 3.0 + 0.137)",
                 lambda: f"({e()} >> 1)",
                 lambda: f"{self.pick('min', 'max')}({e()}, {e()})",
             ]

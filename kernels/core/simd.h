@@ -360,6 +360,10 @@ struct Simd {
         return sel(big, r ^ 0x80000000u, r);
     }
     static inline CUDA_CALLABLE F clamp(F a, F lo, F hi) { return min(max(a, lo), hi); }
+    // GLSL's min, max and clamp: of a number and a NaN the number, as GPUs give it (IEEE 754-2019, minimumNumber). `min` and `max`
+    // above are quicker, for our own values; they take away a NaN that comes first, and no other.
+    static inline CUDA_CALLABLE F min_number(F a, F b) { return sel(is_nan(b), a, min(a, b)); }
+    static inline CUDA_CALLABLE F max_number(F a, F b) { return sel(is_nan(b), a, max(a, b)); }
     static inline CUDA_CALLABLE F fract(F a) { return a - floor(a); }
     static inline CUDA_CALLABLE F mod(F a, F b) { return a - b * floor(a / b); }
     static inline CUDA_CALLABLE F rem(F a, F b) { return a - b * trunc(a / b); }
@@ -372,7 +376,7 @@ struct Simd {
     static inline CUDA_CALLABLE F round_away(F a) { return copy_sign(floor(abs(a) + 0.5f), a); }
     static inline CUDA_CALLABLE F rsqrt(F a) { return 1.0f / sqrt(a); }
     static inline CUDA_CALLABLE F mix(F a, F b, F t) { return fma(t, b - a, a); }
-    static inline CUDA_CALLABLE F step(F edge, F x) { return sel(lt(x, edge), splat(0.0f), splat(1.0f)); }
+    static inline CUDA_CALLABLE F step(F edge, F x) { return sel(le(edge, x), splat(1.0f), splat(0.0f)); }  // 0 by a NaN
     static inline CUDA_CALLABLE F smoothstep(F a, F b, F x) {
         F t = clamp((x - a) / (b - a), splat(0.0f), splat(1.0f));
         return t * (t * (3.0f - 2.0f * t));
@@ -422,8 +426,12 @@ struct Simd {
     }
     static inline CUDA_CALLABLE F exp(F a) { return exp2(a * 1.44269504f); }
     static inline CUDA_CALLABLE F log(F a) { return log2(a) * 0.693147181f; }
+    // Of a negative number: what a product would give where the exponent is whole, else no number. Twin: shaders/glsl/power.glsl
     static inline CUDA_CALLABLE F pow(F a, F b) {
-        F y = exp2(b * log2(a));
+        F y = exp2(b * log2(abs(a)));
+        const M negative = lt(a, splat(0.0f)), whole = eq(b, round_even(b)), even = eq(0.5f * b, round_even(0.5f * b));
+        y = sel(negative & ~even, -y, y);
+        y = sel(negative & ~whole, as_F(splat(0x7fc00000)), y);
         return sel(eq(b, splat(0.0f)), splat(1.0f), y);
     }
 
@@ -468,9 +476,9 @@ struct Simd {
     // Arc tangent of y / x, both positive: reduced to [0, tan(pi/8)]
     static inline CUDA_CALLABLE F atan_ratio(F y, F x) {
         F low = min(x, y), high = max(x, y);
-        M steep = lt(high * 0.414213562f, low);
+        M steep = le(high * 0.414213562f, low) & lt(splat(0.0f), high);
         F t = sel(steep, low - high, low) / sel(steep, low + high, high);
-        t = sel(eq(high, splat(0.0f)), splat(0.0f), t);
+        t = sel(is_nan(t), splat(0.0f), t);  // both zero, or both infinite
         F z = t * t;
         F r = splat(-0.06040183f);
         r = fma(r, z, splat(0.10575792f));
@@ -478,10 +486,10 @@ struct Simd {
         r = fma(r, z, splat(0.19998238f));
         r = fma(r, z, splat(-0.33333308f));
         r = fma(r * z, t, t) + sel(steep, splat(0.785398163f), splat(0.0f));
-        return sel(lt(x, y), 1.57079633f - r, r);
+        return sel(is_nan(x), splat(0.0f), sel(lt(x, y), 1.57079633f - r, r));  // by a NaN 0, as Mesa
     }
     static inline CUDA_CALLABLE F atan(F a) {
-        F r = atan_ratio(min(abs(a), splat(1e30f)), splat(1.0f));
+        F r = atan_ratio(min(splat(1e30f), abs(a)), splat(1.0f));
         return copy_sign(r, a);
     }
     static inline CUDA_CALLABLE F atan2(F y, F x) {
@@ -493,7 +501,7 @@ struct Simd {
         F x = abs(a);
         M large = lt(splat(0.5f), x);
         F z = sel(large, 0.5f * (1.0f - x), x * x);
-        F t = sel(large, sqrt(max(z, splat(0.0f))), x);
+        F t = sel(large, sqrt(z), x);  // no number beyond 1, as Mesa
         F r = splat(0.03756519f);
         r = fma(r, z, splat(0.01440261f));
         r = fma(r, z, splat(0.03181761f));
@@ -507,7 +515,7 @@ struct Simd {
     static inline CUDA_CALLABLE F acos(F a) {
         F x = abs(a);
         // Near 1 through the half angle, so that nothing cancels
-        F r = 2.0f * asin(sqrt(max(0.5f * (1.0f - x), splat(0.0f))));
+        F r = 2.0f * asin(sqrt(0.5f * (1.0f - x)));
         r = sel(lt(splat(0.5f), x), r, 1.57079633f - asin(x));
         return sel(lt(a, splat(0.0f)), 3.14159265f - r, r);
     }

@@ -27,8 +27,8 @@ struct Tracer : Simd {
             const M found = ~gap & lt(r, near) & live;
             hit = hit | found;
             live = live & ~found;
-            // Not past the end by relaxation alone: what a gap would tell is told there
-            const F ahead = sel(gap, before - taken, min(omega * r, max(r, far - near - t)));
+            // Not past the end by relaxation alone: what a gap would tell is told there. No number ends the ray: no surface is there
+            const F ahead = sel(gap, before - taken, min(omega * r, max(far - near - t, r)));
             t = sel(live, t + ahead, t);
             taken = sel(gap, splat(0.0f), ahead);
             before = sel(gap, splat(0.0f), r);

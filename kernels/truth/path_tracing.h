@@ -92,7 +92,7 @@ struct Rays : Simd {
                     live = live & ~met;
                     const F slope = clamp((r - before) / max(came, splat(1e-9f)), splat(-1.0f), splat(0.8f));
                     const F ahead = sel(lt(splat(0.0f), came), 1.9f * r / (1.0f - slope), 1.2f * r);
-                    const F on_from_here = min(ahead, max(r, end - stage.epsilon - s));
+                    const F on_from_here = min(ahead, max(end - stage.epsilon - s, r));  // where d is no number, the ray ends
                     s = sel(live, s + sel(gap, before - came, on_from_here), s);
                     came = sel(gap, splat(0.0f), on_from_here), before = sel(gap, splat(0.0f), r);
                     live = live & lt(s, end);

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -42,6 +43,12 @@ def literal(value: float, kind: str) -> Leaf:
     return Leaf(f"({int(value)}u)" if kind == "u" else f"({int(value)})", kind, True)
 
 
+def value_of(leaf: Leaf) -> float | None:
+    """What a constant float is; None for everything else."""
+    found = re.fullmatch(r"\((-?[\d.e+-]+)f\)", leaf.name)
+    return float(found[1]) if found and leaf.kind == "f" else None
+
+
 def vary(leaf: Leaf) -> str:
     """The leaf as a value that may differ between lanes."""
     if not leaf.uniform:
@@ -77,9 +84,11 @@ _UNARY_EXT = {
     74: "find_smsb", 75: "find_umsb",
 }  # fmt: skip
 _BINARY_EXT = {
-    25: "atan2", 26: "pow", 37: "min", 38: "umin", 39: "imin", 40: "max", 41: "umax", 42: "imax", 48: "step",
-    53: "ldexp", 79: "min", 80: "max",
+    25: "atan2", 38: "umin", 39: "imin", 41: "umax", 42: "imax", 48: "step", 53: "ldexp",
 }  # fmt: skip
+
+
+_LEAST = {37: "min", 79: "min", 40: "max", 80: "max"}
 
 
 class _Build:
@@ -111,6 +120,27 @@ class _Build:
     def product(self, rows: list[list[Leaf]], columns: list[list[Leaf]]) -> list[Leaf]:
         """Every row with every column, column by column."""
         return [self.sum(row, column) for column in columns for row in rows]
+
+    def least(self, name: str, x: Leaf, y: Leaf, x_tame: bool, y_tame: bool) -> Leaf:
+        """min or max: of a number and a NaN the number. One instruction does it if what may be no number comes first."""
+        if x_tame and not y_tame:
+            x, y, y_tame = y, x, True
+        return self.f(f"{name if y_tame else f'{name}_number'}({vary(x)}, {vary(y)})")
+
+    def power(self, x: Leaf, y: Leaf) -> Leaf:
+        """x to the power y: a product where y is whole and constant. Twin: shaders/glsl/power.glsl."""
+        whole = value_of(y)
+        if whole is None or not whole.is_integer() or abs(whole) > 63:
+            return self.f(f"pow({vary(x)}, {vary(y)})")
+        product, square, left = "", x, int(abs(whole))
+        while left:
+            if left & 1:
+                product = self.f(f"{product} * {vary(square)}").name if product else vary(square)
+            left >>= 1
+            if left:
+                square = self.f(f"{vary(square)} * {vary(square)}")
+        product = product or "splat(1.0f)"
+        return self.f(f"1.0f / {product}" if whole < 0 else product)
 
     def determinant(self, m: list[list[Leaf]]) -> Leaf:
         """By the first column; m[column][row]."""
@@ -441,14 +471,26 @@ def _extended(owner: Translator, i: Instruction, values: dict[int, list[Leaf]], 
     if number in _BINARY_EXT:
         name = _BINARY_EXT[number]
         return [temp(k, False, f"{name}({vary(x)}, {vary(y)})") for x, y, k in zip(*arguments, kinds, strict=True)]
-    if number in (43, 44, 45, 81):
-        low, high = {43: ("max", "min"), 81: ("max", "min"), 44: ("umax", "umin"), 45: ("imax", "imin")}[number]
+    if number in _LEAST:
+        tame = [operand not in owner.wild for operand in i.operands[2:4]]
+        return [b.least(_LEAST[number], x, y, *tame) for x, y in zip(*arguments, strict=True)]
+    if number in (43, 81):
+        _, low, high = (operand not in owner.wild for operand in i.operands[2:5])
+        return [b.least("min", b.least("max", x, lo, False, low), hi, low, high) for x, lo, hi in zip(*arguments, strict=True)]
+    if number in (44, 45):
+        low, high = {44: ("umax", "umin"), 45: ("imax", "imin")}[number]
         return [
             temp(k, False, f"{high}({low}({vary(x)}, {vary(lo)}), {vary(hi)})")
             for x, lo, hi, k in zip(*arguments, kinds, strict=True)
         ]
-    if number == 46:
-        return [b.f(f"mix({vary(x)}, {vary(y)}, {vary(t)})") for x, y, t in zip(*arguments, strict=True)]
+    if number == 46:  # by a constant 0 or 1 one of the two, whatever the other is, as drivers have it
+        ends = {0.0: 0, 1.0: 1}
+        return [
+            (x, y)[ends[value]] if (value := value_of(t)) in ends else b.f(f"mix({vary(x)}, {vary(y)}, {vary(t)})")
+            for x, y, t in zip(*arguments, strict=True)
+        ]
+    if number == 26:
+        return [b.power(x, y) for x, y in zip(*arguments, strict=True)]
     if number == 49:
         return [b.f(f"smoothstep({vary(lo)}, {vary(hi)}, {vary(x)})") for lo, hi, x in zip(*arguments, strict=True)]
     if number == 50:

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from sdfprt.core.errors import SdfprtError
-from sdfprt.glsl import operations
+from sdfprt.glsl import numbers, operations
 from sdfprt.glsl.operations import Leaf, literal, vary
 from sdfprt.glsl.spirv import IMAGE, Instruction, Module, dimensions
 from sdfprt.glsl.structure import Edge, Exit, If, Loop, Node, Straight, Switch, instructions
@@ -80,6 +80,7 @@ class Translator:
         scalars = sum(module.size(self.pointee(v.type)) for v in (*module.globals, *variables) if v.result not in self.samplers)
         if scalars > _MEMORY:
             raise SdfprtError(f"its variables hold {scalars:,} numbers; {_MEMORY:,} is the most that can be evaluated")
+        self.wild = numbers.wild(module)
         self.uniformity = {key: Uniformity(module, function) for key, function in module.functions.items()}
         self.constants: dict[int, list[Leaf]] = {}
         for key, constant in module.constants.items():

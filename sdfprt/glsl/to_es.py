@@ -13,6 +13,7 @@ import numpy as np
 
 from sdfprt.core.errors import SdfprtError
 from sdfprt.glsl.operations import writes_memory
+from sdfprt.glsl.powers import POWER, functions
 from sdfprt.glsl.spirv import Function, Instruction, Module
 from sdfprt.glsl.structure import Edge, Exit, If, Loop, Node, Straight, Switch, exits, instructions, structure
 from sdfprt.glsl.text import number
@@ -530,6 +531,10 @@ class _Writer:
             return f"{values[0]} * {power}"
         if number == 36:  # the fraction and the whole as a struct
             return f"{self.owner.type(i.type)}({values[0]} - trunc({values[0]}), trunc({values[0]}))"
+        if number == 26:
+            if functions() not in self.owner.declarations:
+                self.owner.declarations.append(functions())
+            return f"{POWER}({', '.join(values)})"
         if number in _LATER:
             return self._later(i.type, number, operands)
         if number not in _EXTENDED:

@@ -22,6 +22,7 @@ from numpy import ndarray
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.settings import FromTorch, GridFit
 from sdfprt.glsl.parts import Parts, check_parts
+from sdfprt.glsl.powers import whole_powers
 from sdfprt.glsl.prepare import Prepared
 from sdfprt.imaging.camera import Camera
 from sdfprt.material.lobes import DiffusePhong, Material, parse, parts
@@ -202,10 +203,13 @@ class Scene:
         """The text ready for both roads, and what had to be mended."""
         return self.compiled.prepared
 
-    @property
+    @functools.cached_property
     def shader_source(self) -> str:
-        """GLSL for the renderer: the user's text, includes expanded, and `float sdfprt_distance(vec3 p)`."""
-        return self.prepared.text
+        """GLSL for the renderer: the user's text, includes expanded, and `float sdfprt_distance(vec3 p)`.
+
+        Powers with whole exponents are products there, as in kernels.
+        """
+        return whole_powers(self.prepared.text)
 
     @property
     def look(self) -> str:

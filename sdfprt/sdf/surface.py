@@ -27,7 +27,7 @@ def mesh(scene: Scene, resolution: int = settings.Surface.resolution) -> tuple[F
     """Triangles of the surface inside the bounds; `resolution` cells along the longest side.
 
     The grid is evaluated in slabs, and only in bricks that the surface may cross, so memory stays small. A surface that
-    crosses the bounds is open there. Raises SdfprtError where there is no surface, or the field is NaN.
+    crosses the bounds is open there, and so is one where the field is NaN. Raises SdfprtError where there is no surface.
     """
     cell = 2 * scene.extent / resolution
     shape = np.maximum(np.ceil(scene.size / cell / _BRICK).astype(int), 1) * _BRICK + 1
@@ -35,6 +35,7 @@ def mesh(scene: Scene, resolution: int = settings.Surface.resolution) -> tuple[F
     spacing = scene.size / (shape - 1)
     vertices, faces, total, smallest = [], [], 0, (np.inf, origin)
     inside = outside = False
+    nowhere: ndarray | None = None  # a place where the field is NaN
     slabs = range(0, shape[0] - 1, _BRICK)
     with track("surface", len(slabs)) as advance:
         for first in slabs:
@@ -42,14 +43,22 @@ def mesh(scene: Scene, resolution: int = settings.Surface.resolution) -> tuple[F
             inside, outside = inside or found[0], outside or found[1]
             if found[2] < smallest[0]:
                 smallest = (found[2], found[3])
+            missing = np.isnan(grid)
+            grid[missing] = scene.diagonal
+            if nowhere is None and missing.any():
+                nowhere = (np.argwhere(missing)[0] + np.array([first, 0, 0])) * spacing + origin
             if grid.min() < 0 < grid.max():
                 v, f, _, _ = marching_cubes(grid, 0.0)
-                vertices.append((v + np.array([first, 0, 0])) * spacing + origin)
-                faces.append(f + total)
-                total += len(v)
+                # None between the solid and a place where the field is no number
+                open_ = missing[tuple(np.floor(v).astype(int).T)] | missing[tuple(np.ceil(v).astype(int).T)]
+                f = f[~open_[f].any(axis=1)]
+                if len(f):
+                    vertices.append((v + np.array([first, 0, 0])) * spacing + origin)
+                    faces.append(f + total)
+                    total += len(v)
             advance(1)
     if not vertices:
-        raise SdfprtError(_no_surface(scene, inside, outside, smallest))
+        raise SdfprtError(_no_surface(scene, inside, outside, smallest, nowhere))
     return np.concatenate(vertices).astype(np.float32), np.concatenate(faces).astype(np.int64)
 
 
@@ -60,29 +69,31 @@ def _slab(scene: Scene, origin: ndarray, spacing: ndarray, shape: ndarray, first
     centers = np.stack([np.full(j.shape, first), j * _BRICK, k * _BRICK], -1).reshape(-1, 3) + _BRICK / 2
     places = (centers * spacing + origin).astype(np.float32)
     d = scene.distance(places) * scene.step
-    if np.isnan(d).any():
-        at = tuple(round(float(x), 3) for x in places[np.isnan(d).argmax()])
-        raise SdfprtError(
-            f"{scene.file}: the SDF is NaN at {at}, or a loop in it does not end there; `sdfprt check` counts how often"
-        )
     reach = 0.5 * _BRICK * float(np.linalg.norm(spacing)) * 1.05
     # Far bricks are filled with their centre's value; near ones are evaluated point by point
     grid = np.repeat(np.repeat(d.reshape(bricks), _BRICK, 0), _BRICK, 1)
     grid = np.pad(grid, ((0, 1), (0, 1)), "edge")[None].repeat(_BRICK + 1, 0).astype(np.float32)
     near = np.zeros(shape[1:], bool)
-    for b, c in np.argwhere((np.abs(d) < reach).reshape(bricks)):
+    for b, c in np.argwhere(~(np.abs(d) >= reach).reshape(bricks)):
         near[b * _BRICK : (b + 1) * _BRICK + 1, c * _BRICK : (c + 1) * _BRICK + 1] = True
     if near.any():
         yz = np.argwhere(near)
         i = np.arange(first, first + _BRICK + 1)
         cells = np.concatenate([np.repeat(i, len(yz))[:, None], np.tile(yz, (len(i), 1))], axis=1)
         values = scene.distance((cells * spacing + origin).astype(np.float32))
-        grid[:, near] = np.nan_to_num(values, nan=1.0).reshape(len(i), -1)
-    at = int(np.abs(d).argmin())
+        grid[:, near] = values.reshape(len(i), -1)
+    at = int(np.nan_to_num(np.abs(d), nan=np.inf).argmin())
     return grid, (bool((grid < 0).any()), bool((grid > 0).any()), float(abs(d[at])), places[at])
 
 
-def _no_surface(scene: Scene, inside: bool, outside: bool, smallest: tuple[float, ndarray]) -> str:
+def _no_surface(
+    scene: Scene, inside: bool, outside: bool, smallest: tuple[float, ndarray], nowhere: Float[ndarray, "3"] | None
+) -> str:
+    if nowhere is not None:
+        at = tuple(round(float(x), 3) for x in nowhere)
+        return (
+            f"{scene.file}: no surface; the SDF is NaN at {at}, or a loop in it does not end there; `sdfprt check` counts how often"
+        )
     where = tuple(round(float(x), 3) for x in smallest[1])
     low, high = scene.bounds
     if inside and not outside:

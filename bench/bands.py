@@ -14,6 +14,7 @@ from pathlib import Path
 import common as bench
 import numpy as np
 
+from sdfprt.imaging import metrics
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, Material, Phong
 from sdfprt.sdf import scene
@@ -38,7 +39,7 @@ def measure(which: scene.Scene, light: Light, material: Material, size: int, ray
     casting = {n: _seconds(lambda n=n: exact.view(which, size=(64, 64), bands=n, rays=256)) for n in STEPS}
     truth = reference_image(which, light, material, size=(size, size), spp=spp)
     mask = view.mask & (truth.alpha > 0)
-    noise = float(np.sqrt(np.mean(truth.standard_error[mask] ** 2)) / report.peak_of(truth.rgb, mask))
+    noise = float(np.sqrt(np.mean(truth.standard_error[mask] ** 2)) / metrics.robust_peak(truth.rgb, mask))
     rows = []
     for transfer, of_light, result in combinations():
         if isinstance(material, Diffuse) and not transfer == of_light == result:

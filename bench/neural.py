@@ -156,7 +156,7 @@ def measure(rows: list[dict], args: argparse.Namespace, camera: Camera) -> list[
             for material in MATERIALS:
                 drawn, truth = frame(scene, asset, light, material, camera, size), view.shade(light, material)
                 hit = view.mask & (drawn.alpha > 0)
-                error = metrics.compare(drawn.rgb, truth, mask=hit, peak=report.peak_of(truth, view.mask))
+                error = metrics.compare(drawn.rgb, truth, mask=hit, peak=metrics.robust_peak(truth, view.mask))
                 cases.append(
                     {"surface": row["surface"], "transfer": width, "material": report.name(material), "psnr": error["psnr"]}
                     | {"call": (scene, asset, light, material, camera, size)}

@@ -70,7 +70,7 @@ def measure_scene(
                         truth = view.cut(asset.net.bands).shade(light, material)
                         drawn = frame(which, asset, light, material, camera, (size, size))
                         hit = view.mask & (drawn.alpha > 0)
-                        peak = report.peak_of(truth, view.mask)
+                        peak = metrics.robust_peak(truth, view.mask)
                         row = metrics.compare(drawn.rgb, truth, mask=None if whole else hit, peak=peak)
                         found.setdefault((width, report.name(material)), []).append(row)
             advance(1)

@@ -3,6 +3,7 @@
 In memory: float32 linear radiance, (H, W, 3), row 0 on top. PNG is exposed, tone-mapped and sRGB-encoded.
 """
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from sdfprt.core.files import atomic_write
 from sdfprt.core.printed import caught_prints
 from sdfprt.imaging import exr, limits, radiance, tone
 
+_PNG_SIZE = slice(16, 24)  # bytes of a PNG that hold its width and height
 _SUFFIXES = (".exr", ".hdr", ".pic", ".png", ".jpg", ".jpeg")
 
 
@@ -48,44 +50,68 @@ def read(path: str | Path) -> Image:
     if start.startswith(b"#?"):
         rgb, notes = radiance.read(path)
         return Image(rgb, warnings=tuple(notes))
-    if start.startswith((b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")):
-        return _read_integers(path)
+    if start.startswith(b"\x89PNG\r\n\x1a\n"):
+        return _of_integers(_read_png(path))
+    if start.startswith(b"\xff\xd8\xff"):
+        return _of_integers(_read_jpeg(path))
     if path.suffix.lower() in _SUFFIXES:
         kind = path.suffix[1:].upper()
         raise SdfprtError(f"{path}: not a readable {kind} file, or cut short (it does not begin as a picture does)")
     raise SdfprtError(f"{path}: cannot read this kind of file; use .exr, .hdr, .png or .jpg")
 
 
-def _read_integers(path: Path) -> Image:
-    """PNG and JPEG, 1 to 16 bits, grey, palette, RGB or CMYK, with or without alpha."""
-    import OpenImageIO
+def _read_png(path: Path) -> ndarray:
+    """Integers of any PNG: 1 to 16 bits, grey, palette or RGB, with or without alpha."""
+    import imagecodecs
 
-    wanted = OpenImageIO.ImageSpec()
-    wanted["oiio:UnassociatedAlpha"] = 1
-    notes: tuple[str, ...] = ()
-    with caught_prints():
-        file = OpenImageIO.ImageInput.open(str(path), wanted)
-        pixels, said = None, OpenImageIO.geterror()
-        if file:
-            spec = file.spec()
-            limits.check_size(path, spec.width, spec.height)
-            kind = "uint16" if spec.format.basetype == OpenImageIO.UINT16 else "uint8"
-            pixels, said = file.read_image(kind), file.geterror()
-            file.close()
-        if pixels is not None and "extraneous bytes" in said:  # left by some cameras; all of the picture is there
-            notes, said = (f"{path.name}: {' '.join(said.split())}",), ""
-        if pixels is None or said:
-            reason = " ".join((said or "it holds no picture").split()).replace(str(path), path.name)
-            raise SdfprtError(f"{path}: not a readable picture, or cut short ({reason})")
+    data = path.read_bytes()
+    if len(data) < _PNG_SIZE.stop:
+        raise _unreadable(path, "its header is cut")
+    width, height = (int.from_bytes(data[_PNG_SIZE][k : k + 4], "big") for k in (0, 4))
+    limits.check_size(path, width, height)
+    try:
+        with caught_prints():
+            return imagecodecs.png_decode(data)
+    except (imagecodecs.PngError, ValueError, MemoryError) as error:
+        damaged = isinstance(error, UnicodeDecodeError)  # in the library's own message
+        raise _unreadable(path, "a chunk of it is damaged" if damaged else str(error).removeprefix("png_read_data_fn ")) from None
 
+
+def _read_jpeg(path: Path) -> ndarray:
+    """Bytes of any JPEG: grey, RGB or CMYK."""
+    import PIL.Image
+
+    try:
+        # Its own guard against large pictures warns; ours is `limits`
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with PIL.Image.open(path, formats=("JPEG",)) as file:
+                limits.check_size(path, *file.size)
+                return np.asarray(file if file.mode in ("L", "RGB") else file.convert("RGB"))
+    except SdfprtError:
+        raise
+    except (OSError, ValueError, SyntaxError, EOFError, MemoryError, PIL.Image.DecompressionBombError) as error:
+        raise _unreadable(path, str(error)) from None
+    except Exception as error:  # struct.error, KeyError and the like, of headers that are damaged
+        raise _unreadable(path, f"{type(error).__name__}: {error}") from None
+
+
+def _unreadable(path: Path, reason: str) -> SdfprtError:
+    return SdfprtError(f"{path}: not a readable picture, or cut short ({' '.join(reason.split()).replace(str(path), path.name)})")
+
+
+def _of_integers(pixels: ndarray) -> Image:
+    """Linear radiance of sRGB's integers, a row at a time since indices take eight bytes each."""
+    if pixels.ndim == 2:
+        pixels = pixels[..., None]
     top = np.iinfo(pixels.dtype).max
     linear = tone.srgb_decode(np.arange(top + 1) / top).astype(np.float32)
     height, width, channels = pixels.shape
     rgb = np.empty((height, width, 3), np.float32)
-    for row in range(height):  # indices take eight bytes each
+    for row in range(height):
         rgb[row] = linear[pixels[row, :, : 3 if channels >= 3 else 1]]
     alpha = pixels[..., -1].astype(np.float32) / np.float32(top) if channels in (2, 4) else None
-    return Image(rgb, alpha, notes)
+    return Image(rgb, alpha)
 
 
 def write(path: str | Path, rgb: ndarray, alpha: ndarray | None = None, exposure: float = 1.0) -> None:

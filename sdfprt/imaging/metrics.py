@@ -31,7 +31,8 @@ def compare(
 ) -> dict[str, float]:
     """mae, psnr (dB), ssim, flip, and nan: the pixels left out of the others because one picture is not finite there.
 
-    `b` is the reference. `peak` defaults to its largest value (1 when `tone_mapped`). Raises SdfprtError for shapes that differ.
+    `b` is the reference. `peak`, which PSNR, SSIM and FLIP are relative to, defaults to its largest value (1 when `tone_mapped`),
+    which one highlight may set; `robust_peak` gives one that people look at. Raises SdfprtError for shapes that differ.
     """
     x, y = _check(a, b, mask)
     finite = np.asarray(np.isfinite(x).all(axis=2) & np.isfinite(y).all(axis=2))
@@ -51,6 +52,12 @@ def compare(
         "flip": float(flip_map(x / top, y / top)[use].mean()),
         "nan": int((~finite).sum()),
     }
+
+
+def robust_peak(picture: Float[ndarray, "h w 3"], mask: Bool[ndarray, "h w"] | None = None) -> float:
+    """The 99.9th percentile over the mask: a peak that a few bright pixels do not set. Above 0 always, so that one may divide."""
+    values = picture if mask is None else picture[mask]
+    return max(float(np.percentile(values, 99.9)), 1e-9) if values.size else 1e-9
 
 
 def _ssim(x: ndarray, y: ndarray, use: ndarray, peak: float) -> float:

@@ -81,7 +81,8 @@ def render_set(
     place. A material of None is the scene's own. Scenes without an asset of theirs in `assets` use the shipped or cached
     one, or are baked. `cluster`, a Dask scheduler's address, has its workers bake and draw: the same files to the bit.
     An entry: file, scene, light, yaw (degrees), camera (eye, target, up, fov), material, size (W, H), samples, exposure
-    (None for EXR). Raises SdfprtError as `render` does, with what is finished kept.
+    (None for EXR); scene_digest and light_digest, which differ where two scenes or lights of one name do. Raises SdfprtError as
+    `render` does, with what is finished kept, and for a manifest that is there but cannot be read.
     """
     folder = Path(folder)
     if kind not in KINDS:
@@ -92,9 +93,10 @@ def render_set(
     environments = [light if isinstance(light, Light) else Light.load(light) for light in lights]
     chosen = [parse_material(each) if isinstance(each, str) else each for each in materials]
     folder.mkdir(parents=True, exist_ok=True)
+    _manifest(folder)  # one that cannot be read is said before any work is done
 
     jobs: dict[str, tuple[dict[str, Any], Job]] = {}
-    digests = [hashlib.sha256(np.ascontiguousarray(light.pixels).tobytes()).hexdigest() for light in environments]
+    digests = [_light_digest(light) for light in environments]
     for scene in loaded:
         fitting = next((asset for asset in assets if asset.scene_hash == scene.hash), None)
         net = (fitting or bake(scene, width=width, cluster=cluster)).net
@@ -128,15 +130,29 @@ def render_set(
 
 
 def _manifest(folder: Path) -> list[dict[str, Any]]:
-    """What earlier calls left in the folder."""
+    """What earlier calls left in the folder. Raises SdfprtError where that cannot be read, for it would be lost."""
     path = folder / MANIFEST
-    if not path.is_file():
+    if not path.exists():
         return []
     try:
         found = json.loads(path.read_text())
-        return [entry for entry in found["pictures"] if isinstance(entry["file"], str)] if found["format"] == FORMAT else []
-    except (ValueError, KeyError, TypeError):
-        return []
+        if found["format"] != FORMAT:
+            raise ValueError(f"its format is {found['format']!r}, not {FORMAT!r}")
+        entries = list(found["pictures"])
+        if not all(isinstance(entry["file"], str) for entry in entries):
+            raise ValueError("an entry's file is no text")
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+        why = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        raise SdfprtError(
+            f"{path}: not a manifest of a render set ({why}); mend it, move it away, or give another folder"
+        ) from None
+    return entries
+
+
+def _light_digest(light: Light) -> str:
+    """Of the map and how it stands before the set turns it."""
+    text = f"{light.pixels.shape} {np.round(light.rotation, 9).tolist()}"
+    return hashlib.sha256(np.ascontiguousarray(light.pixels).tobytes() + text.encode()).hexdigest()
 
 
 def draw(job: Job) -> bytes:
@@ -166,7 +182,9 @@ def _entry(job: Job, yaw: float, light: str) -> dict[str, Any]:
     depends = [_VERSION, entry, job.scene.hash, job.scene.look, net, light, job.kind]
     digest = hashlib.sha256(json.dumps(depends).encode()).hexdigest()[:12]
     about = f"{job.scene.name}-{job.light.name}-{yaw:g}-{entry['material']}"
-    return {"file": f"{re.sub(r'[^A-Za-z0-9_.+-]', '_', about)}-{digest}.{job.kind}", **entry}
+    scene = hashlib.sha256(json.dumps([job.scene.hash, job.scene.shader_source]).encode()).hexdigest()
+    digests = {"scene_digest": scene[:16], "light_digest": light[:16]}
+    return {"file": f"{re.sub(r'[^A-Za-z0-9_.+-]', '_', about)}-{digest}.{job.kind}", **entry, **digests}
 
 
 def _light_in_brief(job: Job) -> Job:

@@ -15,7 +15,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from sdfprt.baking.sdf import bake
@@ -61,19 +60,14 @@ class BandRow:
     milliseconds: float
 
 
-def peak_of(picture: Float[ndarray, "h w 3"], mask: Bool[ndarray, "h w"]) -> float:
-    """99.9th percentile over the mask: a peak that one bright pixel does not set."""
-    return max(float(np.percentile(picture[mask], 99.9)), 1e-9)
-
-
 def measure(a: ndarray, b: ndarray, mask: ndarray) -> dict[str, float]:
     """`metrics.compare` over the mask with the reference's (b's) robust peak."""
-    return metrics.compare(a, b, mask=mask, peak=peak_of(b, mask))
+    return metrics.compare(a, b, mask=mask, peak=metrics.robust_peak(b, mask))
 
 
 def split(material: Material, width: int, drawn: ndarray, network: ndarray, fine: ndarray, truth: ndarray, mask: ndarray) -> Split:
     """The three parts of drawn - truth; pictures (H, W, 3)."""
-    peak = peak_of(truth, mask)
+    peak = metrics.robust_peak(truth, mask)
     whole = (drawn - truth)[mask].astype(float)
     parts = [(x - y)[mask].astype(float) for x, y in ((network, fine), (fine, truth), (drawn, network))]
     squares = max(float((whole**2).sum()), 1e-30)
@@ -131,7 +125,7 @@ def report(
             if transfer == of_light == result:
                 exacts[transfer] = fine
         pictures |= {f"exact transfer, {n} bands": picture for n, picture in sorted(exacts.items())}
-        noise = float(np.sqrt(np.mean(truth.standard_error[mask] ** 2)) / peak_of(truth.rgb, mask))
+        noise = float(np.sqrt(np.mean(truth.standard_error[mask] ** 2)) / metrics.robust_peak(truth.rgb, mask))
         sections.append(_gallery(f"{name(material)}; noise of the reference {-20 * np.log10(noise):.1f} dB", pictures, mask))
     settings_line = f"{size[0]}x{size[1]}, light {light.name}, {spp} paths a pixel, {rays} rays a pixel"
     page = _page(scene.name, settings_line, splits, rows, sections)

@@ -1,6 +1,7 @@
 """render-set: all combinations, a manifest that says how each was made, and nothing drawn twice."""
 
 import json
+from dataclasses import replace
 
 import nets
 import numpy as np
@@ -70,3 +71,28 @@ def test_what_cannot_be_drawn_is_refused(tmp_path):
         _run(tmp_path, kind="tiff")
     with pytest.raises(SdfprtError, match="at least one"):
         _run(tmp_path, yaws=())
+
+
+def test_two_of_one_name_are_told_apart(tmp_path):
+    lights = [Light.load("studio"), Light(np.ones((16, 32, 3), np.float32), "studio"), Light.load("studio").rotated(yaw=30)]
+    entries = _run(tmp_path, lights=lights)
+    assert len({entry["file"] for entry in entries}) == 3 == len({entry["light_digest"] for entry in entries})
+    assert len({entry["scene_digest"] for entry in entries}) == 1
+
+    red = replace(SCENE, glsl=SCENE.glsl + "\nvec3 albedo(vec3 p) { return vec3(0.8, 0.1, 0.1); }\n")
+    entries = sdfprt.render_set([SCENE, red], tmp_path / "b", lights=["studio"], size=(16, 16), assets=[ASSET])
+    assert red.hash == SCENE.hash and len({entry["scene_digest"] for entry in entries}) == 2
+    manifest = json.loads((tmp_path / "manifest.json").read_text())["pictures"]
+    assert [entry["light_digest"] for entry in manifest] == [entry["light_digest"] for entry in _run(tmp_path, lights=lights)]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "{", "[]", '{"format": "other", "pictures": []}', '{"format": "sdfprt-render-set-1", "pictures": [{}]}', "[" * 9999],
+)
+def test_a_manifest_that_cannot_be_read_is_an_error_and_stays(tmp_path, text: str):
+    (tmp_path / "manifest.json").write_text(text)
+    with pytest.raises(SdfprtError, match=r"manifest\.json: not a manifest of a render set") as caught:
+        _run(tmp_path)
+    assert "\n" not in str(caught.value)
+    assert (tmp_path / "manifest.json").read_text() == text and not list(tmp_path.glob("*.exr"))

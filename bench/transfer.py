@@ -10,6 +10,7 @@ transfer.json and transfer.png.
 import json
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import no_type_check
 
 import common as bench
@@ -23,6 +24,8 @@ from sdfprt.sdf.lattice import Lattice
 from sdfprt.sdf.scene import Scene
 from sdfprt.sdf.surface import Surface, sample_surface
 from sdfprt.transfer.compute import compute_transfer
+
+ROUGH = ("coral.glsl", "boulder.glsl")  # hash noise: a ray must meet the surface to the last bit
 
 
 def directions(normals: np.ndarray, rays: int, seed: int = 0) -> np.ndarray:
@@ -130,7 +133,8 @@ def measure(scene: Scene, points: int, rays: int, resolution: int, turns: int) -
 
 def main() -> None:
     parser = bench.parser("transfer", __doc__)
-    parser.add_argument("--scenes", nargs="+", default=list(library()))
+    rough = [str(Path(__file__).parent / name) for name in ROUGH]
+    parser.add_argument("--scenes", nargs="+", default=[*library(), *rough])
     parser.add_argument("--points", type=int, default=8192)
     parser.add_argument("--rays", type=int, default=settings.Transfer.rays)
     parser.add_argument("--resolution", type=int, default=128, help="of Mitsuba's mesh")

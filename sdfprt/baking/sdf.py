@@ -36,7 +36,8 @@ def bake(
 
     `target_psnr`, dB of transfer at held-out points and of pictures from held-out views, finds the smallest of search.SIZES and
     search.ENCODINGS that reaches it in both, in place of `width` and `layers`; `info["curve"]` holds what each reached, and
-    `info["target_reached"]` whether one did; if not, the nearest comes back. `preview` is a rough network in seconds. `fresh`
+    `info["target_reached"]` whether one did; if not, the nearest comes back. `info["warning"]` is there where the validation error
+    is far beyond the usual. `preview` is a rough network in seconds. `fresh`
     makes one even where weights ship with the scene or lie in the cache. `cluster`, a Dask scheduler's address, has its workers
     trace the rays; the asset is the same to the bit. Raises SdfprtError where the scene has no surface or its distance is NaN.
     """
@@ -72,6 +73,8 @@ def bake(
     about: dict[str, Any] = {"points": points, "rays": rays}
     if target_psnr:
         about |= {"curve": [each.row for each in tried], "target_psnr": target_psnr, "target_reached": bool(good)}
+    if warning := stages.doubt(best.net.info["validation_rmse"]):
+        about["warning"] = warning
     asset = Asset(replace(best.net, info=best.net.info | about), scene.hash, str(path))
     path.parent.mkdir(parents=True, exist_ok=True)
     asset.save(path)

@@ -165,3 +165,13 @@ def network(
     net.save(done)
     part.unlink(missing_ok=True)
     return net
+
+
+def doubt(rmse: float) -> str:
+    """What to say of a network whose validation error is far beyond the usual, else nothing."""
+    if rmse <= settings.Fit.doubtful:
+        return ""
+    return (
+        f"the validation error, RMSE {rmse:.3f}, is far beyond the usual 0.003 to 0.02: the picture will be wrong in places. "
+        "Give more --steps and --points, or a larger --width; `sdfprt check` says whether the field is too rough for its step"
+    )

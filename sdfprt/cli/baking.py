@@ -58,6 +58,8 @@ def bake(
     info, seconds = asset.info, time.perf_counter() - start
     if not info.get("target_reached", True):
         print(f"sdfprt: {scene}: no size of network reached {target_psnr:g} dB; the nearest to it is kept", file=sys.stderr)
+    if warning := info.get("warning"):
+        print(f"sdfprt: {scene}: {warning}", file=sys.stderr)
     if as_json:
         print(json.dumps({"scene": scene, "asset": str(output or asset.path), **info, "seconds": seconds}, indent=2))
         return

@@ -1,5 +1,6 @@
 """A bake is one result, however often it was killed, and it is kept."""
 
+import json
 import multiprocessing
 import shutil
 import time
@@ -8,11 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import sdfprt
 from sdfprt import Scene, SdfprtError, TransferNet
 from sdfprt.baking import search, stages
 from sdfprt.baking.stages import Size
+from sdfprt.cli.main import app
 from sdfprt.core import settings
 from sdfprt.truth import exact
 
@@ -173,3 +176,17 @@ def test_a_bake_without_samples_is_refused(small):
 def test_a_field_that_is_inside_out_is_called_so(small):
     with pytest.raises(SdfprtError, match="inside out"):
         sdfprt.bake(Scene(glsl="float sdf(vec3 p) { return 0.5 - length(p); }"), **SMALL)
+
+
+def test_a_bake_far_beyond_the_usual_error_says_so(tmp_path, monkeypatch):
+    monkeypatch.setenv("SDFPRT_CACHE", str(tmp_path))
+    monkeypatch.setattr(settings.Surface, "resolution", 32)
+    monkeypatch.setattr(settings.Fit, "held_out", 128)
+    scene = tmp_path / "balls.glsl"
+    scene.write_text(TWO_BALLS)
+    for doubtful, warns in ((0.001, True), (0.9, False)):
+        monkeypatch.setattr(settings.Fit, "doubtful", doubtful)
+        arguments = ["bake", str(scene), "--width", "8", "--points", "500", "--rays", "8", "--steps", "20", "--fresh", "--json"]
+        said = CliRunner().invoke(app, arguments)
+        assert said.exit_code == 0, said.output
+        assert ("far beyond the usual" in said.stderr) == warns == ("warning" in json.loads(said.stdout))

@@ -23,6 +23,7 @@ from numpy import ndarray
 from sdfprt.core.cache import kernel_folder
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.resources import folder
+from sdfprt.core.stack import with_deep_stack
 
 wp.config.log_level = wp.LOG_ERROR  # standard output is for results
 if (_compiled := kernel_folder(wp.config.version)) is not None:
@@ -180,6 +181,7 @@ def _kernel(where: str, scene: str, pieces: tuple[str, ...], arguments: tuple, f
     made.module.options["cpu_compiler_flags"] = _FLAGS
     made.module.options["fuse_fp"] = False  # on CUDA too, where compilers fuse by default
     made.textures = textures
+    made.loaded = set()  # places where it has been compiled
     return made
 
 
@@ -188,6 +190,10 @@ def launch(kernel, count: int, arguments: list) -> None:
     """Run items 0 … count - 1; on the CPU by all threads, since Warp releases Python's lock while it runs."""
     place = _place()
     with _building:
+        loaded = getattr(kernel, "loaded", {place})
+        if place not in loaded:  # the compiler goes as deep as the scene is nested
+            with_deep_stack(lambda: wp.load_module(kernel.module, device=place))
+            loaded.add(place)
         wp.load_module(kernel.module, device=place)
     arguments = [*arguments, *(_textures[place, name] for name in getattr(kernel, "textures", ()))]
     if place != "cpu" or count < 2 * THREADS:

@@ -120,7 +120,7 @@ def _component(program: Program, function: Function) -> tuple[str, bool]:
         vectors = _declared(program, each, "vec3")
         for at in range(start, end):
             if every[at].text == "vec4" and at + 1 < end and every[at + 1].text == "(":
-                spans = tokens.split(",", at + 2, tokens.partner[at + 1])
+                spans = [(a, b) for a, b in tokens.split(",", at + 2, tokens.partner[at + 1]) if b > a]
                 wide = [_is_vec3(program, a, b, vectors) for a, b in spans]
                 literal = [bool(re.fullmatch(r"[-+]?\s*[\d.][\w.]*", tokens.source(a, b))) for a, b in spans]
                 texts = [tokens.source(a, b) for a, b in spans]
@@ -161,13 +161,14 @@ def _declared(program: Program, function: Function, kind: str) -> set[str]:
 def _is_vec3(program: Program, start: int, end: int, vectors: set[str]) -> bool:
     """Whether an expression seems to be a vec3: a name of one, a constructor, a function's result, or a swizzle of three."""
     tokens, every = program.file.tokens, program.file.tokens.all
+    # mix(a, b, t) and the like are what their first argument is
+    while end - start > 2 and every[start].text in ("mix", "clamp", "abs", "max", "min", "pow") and every[start + 1].text == "(":
+        start, end = tokens.split(",", start + 2, tokens.partner[start + 1])[0]
     if end - start == 1:
         return every[start].text in vectors
-    if re.search(r"\.\s*[xyzwrgba]{3}$", tokens.source(start, end)):
+    if end > start + 1 and every[end - 2].text == "." and re.fullmatch("[xyzwrgba]{3}", every[end - 1].text):
         return True
-    first, at = every[start].text, start
-    if first in ("mix", "clamp", "abs", "max", "min", "pow") and every[start + 1].text == "(":
-        return any(_is_vec3(program, a, b, vectors) for a, b in tokens.split(",", start + 2, tokens.partner[start + 1])[:1])
+    at = start
     while at < end:
         text, after = every[at].text, every[at + 1].text if at + 1 < end else ""
         result = program.named[text][0].result if after == "(" and text in program.named else ""

@@ -6,9 +6,12 @@ SPIR-V names the merge block of every selection and loop (1.0, section 2.11), so
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from sdfprt.core.errors import SdfprtError
 from sdfprt.glsl.spirv import Block, Function, Instruction
+
+MAX_LOOPS = 12  # inside each other: time to compile doubles with each, 10 s at 12 and minutes at 20
 
 
 @dataclass(eq=False)
@@ -33,6 +36,10 @@ class If:
     otherwise: list[Node]
     block: Block
 
+    @cached_property
+    def exits(self) -> set[tuple[str, int]]:
+        return exits(self.then) | exits(self.otherwise)
+
 
 @dataclass(eq=False)
 class Loop:
@@ -40,6 +47,10 @@ class Loop:
     body: list[Node]
     after: list[Node]  # the continue construct
     block: Block
+
+    @cached_property
+    def exits(self) -> set[tuple[str, int]]:
+        return {e for e in exits(self.body) | exits(self.after) if e[1] != self.header or e[0] == "return"}
 
 
 @dataclass(eq=False)
@@ -56,6 +67,10 @@ class Switch:
     cases: dict[int, Case]  # in an order in which control only falls forwards
     merge: int
     block: Block
+
+    @cached_property
+    def exits(self) -> set[tuple[str, int]]:
+        return {e for case in self.cases.values() for e in exits(case.body) if e != ("leave", self.merge)}
 
 
 @dataclass(eq=False)
@@ -79,6 +94,7 @@ class _Context:
     switch: int | None = None
     cases: frozenset[int] = frozenset()
     fell: list[int] = field(default_factory=list)
+    loops: int = 0  # around the branch
 
 
 def structure(function: Function) -> list[Node]:
@@ -142,7 +158,7 @@ def _region(function: Function, label: int, context: _Context, inside: bool = Fa
             label = target
         elif block.merge is not None and block.merge.op == "SelectionMerge":
             merge = block.merge.operands[0]
-            inner = _Context(frozenset({merge}), context.loop, context.switch, context.cases, context.fell)
+            inner = _Context(frozenset({merge}), context.loop, context.switch, context.cases, context.fell, context.loops)
             then, other = (_branch(function, block, target, inner) for target in end.operands[1:3])
             nodes.append(If(end.operands[0], then, other, block))
             label = merge
@@ -169,9 +185,12 @@ def _conditional_exit(function: Function, block: Block, context: _Context, nodes
 def _loop(function: Function, block: Block, context: _Context) -> Loop:
     assert block.merge is not None
     merge, following = block.merge.operands[:2]
-    around = (block.label, merge, following)
-    body = _region(function, block.label, _Context(frozenset({following}), around), inside=True)
-    after = _region(function, following, _Context(frozenset({block.label}), around)) if following != block.label else []
+    around, deep = (block.label, merge, following), context.loops + 1
+    if deep > MAX_LOOPS:
+        raise SdfprtError(f"loops are nested more than {MAX_LOOPS} deep, which compilers do not end with")
+    body = _region(function, block.label, _Context(frozenset({following}), around, loops=deep), inside=True)
+    further = _Context(frozenset({block.label}), around, loops=deep)
+    after = _region(function, following, further) if following != block.label else []
     return Loop(block.label, body, after, block)
 
 
@@ -187,7 +206,7 @@ def _switch(function: Function, block: Block, context: _Context, nodes: list[Nod
     cases = {}
     for label in labels:
         fell: list[int] = []
-        inner = _Context(frozenset({merge}), context.loop, merge, labels - {label}, fell)
+        inner = _Context(frozenset({merge}), context.loop, merge, labels - {label}, fell, context.loops)
         body = _region(function, label, inner)
         cases[label] = Case(tuple(literals[label]), label == default, body, fell[0] if fell else None)
 
@@ -212,27 +231,23 @@ def exits(nodes: list[Node]) -> set[tuple[str, int]]:
     for node in nodes:
         if isinstance(node, Exit):
             found.add((node.kind, node.target))
-        elif isinstance(node, If):
-            found |= exits(node.then) | exits(node.otherwise)
-        elif isinstance(node, Loop):
-            found |= {e for e in exits(node.body) | exits(node.after) if e[1] != node.header or e[0] == "return"}
-        elif isinstance(node, Switch):
-            for case in node.cases.values():
-                found |= {e for e in exits(case.body) if e != ("leave", node.merge)}
+        elif isinstance(node, If | Loop | Switch):
+            found |= node.exits
     return found
 
 
 def instructions(nodes: list[Node]) -> list[Instruction]:
-    """All instructions inside, terminators left out."""
+    """All instructions inside, in no order, terminators left out."""
     found: list[Instruction] = []
-    for node in nodes:
-        if isinstance(node, Straight):
-            found += node.block.instructions[:-1]
-        elif isinstance(node, If):
-            found += instructions(node.then) + instructions(node.otherwise)
-        elif isinstance(node, Loop):
-            found += instructions(node.body) + instructions(node.after)
-        elif isinstance(node, Switch):
-            for case in node.cases.values():
-                found += instructions(case.body)
+    todo = [nodes]
+    while todo:
+        for node in todo.pop():
+            if isinstance(node, Straight):
+                found += node.block.instructions[:-1]
+            elif isinstance(node, If):
+                todo += [node.then, node.otherwise]
+            elif isinstance(node, Loop):
+                todo += [node.body, node.after]
+            elif isinstance(node, Switch):
+                todo += [case.body for case in node.cases.values()]
     return found

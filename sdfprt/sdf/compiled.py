@@ -19,6 +19,7 @@ from numpy import ndarray
 
 from sdfprt.core import kernels
 from sdfprt.core.errors import SdfprtError
+from sdfprt.core.stack import with_deep_stack
 from sdfprt.glsl.compile import compile_glsl
 from sdfprt.glsl.parts import KINDS, Parts
 from sdfprt.glsl.prepare import CHANNELS, Prepared, field_module, prepare
@@ -167,7 +168,7 @@ def _native(
     module = parse(spirv)
     names = {v.result: module.names.get(v.result, "") for v in module.globals}
     find = {name: key for key, name in names.items()}
-    body = Translator(module, samplers).translate(struct)
+    body = with_deep_stack(lambda: Translator(module, samplers).translate(struct))
     single = len(outputs) == 1
     feed = [f"    g.v{find['sdfprt_point']}[{k}] = {name};" for k, name in enumerate(inputs[:3])]
     feed += [f"    g.v{find['sdfprt_normal']}[{k}] = {name};" for k, name in enumerate(inputs[3:])]

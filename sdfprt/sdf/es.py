@@ -1,6 +1,7 @@
 """A scene's distance and colours as GLSL ES 3.00, which browsers compile (WebGL 2)."""
 
 from sdfprt.core.errors import GlslError, SdfprtError
+from sdfprt.core.stack import with_deep_stack
 from sdfprt.glsl.compile import check_es, compile_glsl
 from sdfprt.glsl.parts import KINDS
 from sdfprt.glsl.prepare import field_module
@@ -48,7 +49,7 @@ def _es(scene: Scene) -> tuple[str, str]:
             if name != "sdfprt_distance":
                 spirv = compile_glsl(field_module(scene.shader_source, name, kind), file=scene.file)
             feed = ("sdfprt_point=p", "sdfprt_normal=n")[: taken.count(",") + 1]
-            texts.append(translate(parse(spirv), f"sdfprt_{name[0]}_", feed, f"{kind} {name}({taken})"))
+            texts.append(with_deep_stack(translate, parse(spirv), f"sdfprt_{name[0]}_", feed, f"{kind} {name}({taken})"))
     except SdfprtError as error:
         raise GlslError(f"{refused}\n({error})") from None
     return "// Written anew: the scene's own text is no GLSL ES 3.00\n" + "\n".join(texts), _first(refused)

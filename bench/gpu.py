@@ -16,7 +16,6 @@ driver. With SDFPRT_DEVICE=scalar every step runs on a CPU, small, as a rehearsa
 """
 
 import argparse
-import contextlib
 import importlib
 import json
 import os
@@ -201,6 +200,7 @@ def compared(stage: str, call: Callable[[], ndarray], expected: ndarray | None, 
         return {"worst": worst, "holds": worst < 1e-4, "first call, s": first}
     if stage == "reference":  # other paths, the same mean: over blocks of 8x8 pixels
         ours, expected = (each.astype(float).reshape(4, 8, 4, 8, 3).mean(axis=(1, 3)) for each in (ours, expected))
+    expected = np.asarray(expected, np.float64)
     scale = scene.diagonal if stage in ("distance", "hit") else max(float(np.abs(expected).max()), 1e-9)
     error = np.abs(ours - expected) / scale
     rmse, far = float(np.sqrt((error**2).mean())), float((error > TOLERANCE[stage]).mean())
@@ -245,37 +245,63 @@ def compare_pictures() -> Iterator[bench.Row]:
                 yield {"back end": backend, "picture": "-", "holds": f"no: {type(error).__name__}: {str(error)[:200]}"}
 
 
-def frames_of(scene: Any, asset: Any, material: Any, size: int, backend: str) -> bench.Row:
-    """First frame, then frames a second of the whole call, and of the card's own time where OpenGL draws."""
+def frames_of(scene: Any, net: Any, material: str, size: int, backend: str) -> bench.Row:
+    """First frame; frames a second of the whole call, and of frames that stay on the card, by its own clock."""
     from sdfprt import Light
-    from sdfprt.core.opengl import context, in_render_thread
-    from sdfprt.rendering.backends import frame
+    from sdfprt.imaging.shot import compose
+    from sdfprt.material.lobes import parse
+    from sdfprt.rendering import frame, torch_backend
 
-    light = Light.load("studio")
-
-    def draw() -> Any:
-        return frame(scene, asset, light, material, size=(size, size), backend=backend)
-
+    light, turns = Light.load("studio"), 3 if rehearsed() else 30
+    shot = compose(scene, parse(material), size=(size, size))
+    draw = {
+        "glsl": lambda: frame.draw(scene, net, light, shot),
+        "torch": lambda: torch_backend.draw(scene, net, light, shot, "torch"),
+        "warp": lambda: torch_backend.draw(scene, net, light, shot, "warp"),
+    }[backend]
     first = bench.seconds(draw)
-    seconds = [bench.seconds(draw) for _ in range(3 if rehearsed() else 25)]
-    row = {"first frame, s": first, "FPS, whole call": 1 / float(np.median(seconds))}
-    with contextlib.suppress(Exception):
-        if backend == "glsl":
+    whole = [bench.seconds(draw) for _ in range(turns)]
+    if backend == "glsl":
+        own = _by_opengls_clock(lambda: [None for _ in frame.lit_tiles(scene, net, light, shot)], turns)
+    else:
+        own = _by_cudas_clock(lambda: torch_backend.picture_on_device(scene, net, light, shot, backend), turns)
+    return {"first frame, s": first, "FPS, whole call": 1 / float(np.median(whole)), "FPS on the card": 1 / own}
 
-            @in_render_thread
-            def spent() -> float:
-                query = context().query(time=True)
-                with query:
-                    draw()
-                return query.elapsed * 1e-9
 
-            row["FPS, card's time"] = 1 / float(np.median([spent() for _ in range(3 if rehearsed() else 25)]))
-    return row
+def _by_opengls_clock(run: Callable[[], Any], turns: int) -> float:
+    """Seconds a frame, median of `turns` timer queries."""
+    from sdfprt.core.opengl import context, in_render_thread
+
+    @in_render_thread
+    def timed() -> float:
+        spent = []
+        for _ in range(turns):
+            query = context().query(time=True)
+            with query:
+                run()
+            spent.append(query.elapsed * 1e-9)
+        return float(np.median(spent))
+
+    return timed()
+
+
+def _by_cudas_clock(run: Callable[[], Any], turns: int) -> float:
+    """Seconds a frame of `turns` in a row between two events of CUDA, or of the host's clock without CUDA."""
+    torch = importlib.import_module("torch")
+    if not torch.cuda.is_available():
+        return float(np.median([bench.seconds(run) for _ in range(turns)]))
+    run()
+    start, stop = (torch.cuda.Event(enable_timing=True) for _ in range(2))
+    start.record()
+    for _ in range(turns):
+        run()
+    stop.record()
+    torch.cuda.synchronize()
+    return start.elapsed_time(stop) / 1e3 / turns
 
 
 def frames() -> Iterator[bench.Row]:
     from sdfprt import Scene, bake
-    from sdfprt.material.lobes import parse
 
     paper = importlib.import_module("fps").PAPER
     size = 64 if rehearsed() else 1024
@@ -284,10 +310,10 @@ def frames() -> Iterator[bench.Row]:
         for width in (64, 128):
             asset = bake(scene, width=width)
             for which, material in enumerate(MATERIALS):
-                for backend in ("glsl", "torch"):
+                for backend in ("glsl", "torch", "warp"):
                     row = {"scene": name, "k": width, "material": material, "back end": backend}
                     try:
-                        row |= frames_of(scene, asset, parse(material), size, backend)
+                        row |= frames_of(scene, asset.net, material, size, backend)
                     except Exception as error:
                         row |= {"first frame, s": f"{type(error).__name__}: {str(error)[:100]}"}
                     yield {**row, "paper, FPS": paper[name][width][which]}
@@ -295,7 +321,6 @@ def frames() -> Iterator[bench.Row]:
 
 def neural() -> Iterator[bench.Row]:
     from sdfprt import Scene, bake
-    from sdfprt.material.lobes import parse
 
     size = 64 if rehearsed() else 1024
     paper = {64: (320, 200), 128: (77, 20)}  # of a surface network k32 l2
@@ -303,14 +328,13 @@ def neural() -> Iterator[bench.Row]:
     for width in (64, 128):
         asset = bake(scene, width=width)
         for which, material in enumerate(MATERIALS):
-            for backend in ("glsl", "torch"):
+            for backend in ("glsl", "torch", "warp"):
                 row = {"scene": "neural_bunny", "k": width, "material": material, "back end": backend}
-                yield {**row, **frames_of(scene, asset, parse(material), size, backend), "paper, FPS": paper[width][which]}
+                yield {**row, **frames_of(scene, asset.net, material, size, backend), "paper, FPS": paper[width][which]}
 
 
 def backends() -> Iterator[bench.Row]:
     from sdfprt import Scene
-    from sdfprt.material.lobes import parse
 
     others = importlib.import_module("backends")
     size = 48 if rehearsed() else 1024
@@ -320,7 +344,7 @@ def backends() -> Iterator[bench.Row]:
         for backend in ("glsl", "torch", "warp"):
             row = {"k": width, "back end": backend}
             try:
-                row |= frames_of(scene, net, parse("phong:32"), size, backend)
+                row |= frames_of(scene, net, "phong:32", size, backend)
             except Exception as error:
                 row |= {"first frame, s": f"{type(error).__name__}: {str(error)[:100]}"}
             paper: dict[str, str] = dict(zip(("glsl", "torch"), others.PAPER[width], strict=True))

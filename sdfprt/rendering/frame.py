@@ -1,6 +1,7 @@
 """The OpenGL renderer: one pass traces and lists what it hits, one runs network and lighting on the list; radiance comes back."""
 
 import math
+from collections.abc import Iterator
 
 import moderngl
 import numpy as np
@@ -17,7 +18,7 @@ from sdfprt.mesh.scene import MeshScene
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering.mesh_surface import raster_tile
 from sdfprt.rendering.pieces import BACKGROUND, FREE, GRAIN
-from sdfprt.rendering.programs import programs
+from sdfprt.rendering.programs import on_cpu, programs
 from sdfprt.rendering.targets import Target, environment_texture
 from sdfprt.rendering.uniforms import set_camera, set_light, set_material, set_uniforms
 from sdfprt.rendering.units import SAMPLERS, Unit
@@ -25,7 +26,6 @@ from sdfprt.sdf.kinds import AnyScene
 
 _TILE = 1024  # samples along a side that are rendered at once
 _ROW = 32_768  # groups along x
-_GROUP = 8  # invocations of the second pass side by side, as light.glsl says
 
 
 def network_of(asset: Asset | TransferNet, scene: AnyScene) -> TransferNet:
@@ -100,7 +100,24 @@ def trace_tile(scene: AnyScene, camera: Camera, tile: tuple[int, int, int, int],
 @in_render_thread
 def draw(scene: AnyScene, net: TransferNet, light: Light, shot: Shot) -> Frame:
     """Draw with learnt transfer, by OpenGL. Raises SdfprtError without OpenGL, and where the picture is not finite."""
-    coefficients, strength = light_coefficients(light, shot, net.bands)
+    pixels = np.zeros((shot.size[1], shot.size[0], 4), np.float32)
+    samples = shot.samples
+    for tile, radiance in lit_tiles(scene, net, light, shot):
+        x, y, width, height = (v // samples for v in tile)
+        fine = read(radiance).reshape(height, samples, width, samples, 4)
+        pixels[y : y + height, x : x + width] = fine.mean(axis=(1, 3)) if samples > 1 else fine[:, 0, :, 0]
+    checked(pixels, scene)
+    return Frame(pixels[..., :3], pixels[..., 3], light_coefficients(light, shot, net.bands)[1])
+
+
+def lit_tiles(
+    scene: AnyScene, net: TransferNet, light: Light, shot: Shot
+) -> Iterator[tuple[tuple[int, int, int, int], moderngl.Texture]]:
+    """Tiles of the picture, and the radiance of their samples while it is on the card; the next one draws over it.
+
+    For functions that are `in_render_thread`.
+    """
+    coefficients = light_coefficients(light, shot, net.bands)[0]
 
     # What stays the same for all tiles
     variant = programs().choose_variant(net, shot)
@@ -116,10 +133,8 @@ def draw(scene: AnyScene, net: TransferNet, light: Light, shot: Shot) -> Frame:
         set_uniforms(behind.program, toMap=light.rotation, environment=SAMPLERS["environment"])
 
     # Trace, fill with what is behind, light what was hit
-    pixels = np.zeros((shot.size[1], shot.size[0], 4), np.float32)
-    samples = shot.samples
     try:
-        for tile in tiles(shot.size, samples):
+        for tile in tiles(shot.size, shot.samples):
             target = trace_tile(scene, shot.camera, tile, shot.fine)
             target.light.clear()
             if behind is not None:
@@ -131,16 +146,13 @@ def draw(scene: AnyScene, net: TransferNet, light: Light, shot: Shot) -> Frame:
                 texture.use(unit)
             target.radiance.bind_to_image(0, read=False, write=True)
             context().memory_barrier()
-            # No more groups than there are hits: a CPU's driver runs the others through, masked
-            seen = int(np.frombuffer(target.list.read(4), np.uint32)[0])
-            groups = -(-seen // (variant.points * _GROUP))
+            # On a CPU no more groups than there are hits, since its driver runs the others through, masked; a GPU would wait
+            # for the number to arrive
+            seen = int(np.frombuffer(target.list.read(4), np.uint32)[0]) if on_cpu() else tile[2] * tile[3]
+            groups = -(-seen // (variant.points * variant.group))
             lighting.run(min(groups, _ROW), -(-groups // _ROW))
             context().memory_barrier()
-            x, y, width, height = (v // samples for v in tile)
-            fine = read(target.radiance).reshape(height, samples, width, samples, 4)
-            pixels[y : y + height, x : x + width] = fine.mean(axis=(1, 3)) if samples > 1 else fine[:, 0, :, 0]
+            yield tile, target.radiance
     finally:
         for thing in held:
             thing.release()
-    checked(pixels, scene)
-    return Frame(pixels[..., :3], pixels[..., 3], strength)

@@ -42,6 +42,7 @@ class Variant:
     fixed_light: bool = True
     points: int = 1  # samples an invocation takes through the network together
     constant: str = ""  # digest of the network whose weights are in the text
+    group: int = 8  # invocations side by side: llvmpipe runs 8 together, a GPU two warps of 32
 
 
 def lobes_of(material: Material) -> int:
@@ -200,6 +201,7 @@ def defines(net: TransferNet, variant: Variant) -> str:
         "LIGHT_COUNT": variant.light_bands**2,
         "LOBES": variant.lobes,
         "POINTS": variant.points,
+        "GROUP": variant.group,
     }
     return "\n".join(f"#define {name} {value}" for name, value in values.items())
 

@@ -135,6 +135,7 @@ class Programs:
             options.product == "tpfl",
             points,
             constant,
+            8 if on_cpu() else 64,
         )
 
     def target(self, size: tuple[int, int]) -> Target:

@@ -15,6 +15,7 @@ import torch
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
+from sdfprt.core import kernels
 from sdfprt.core.interop import planes
 from sdfprt.core.opengl import in_render_thread
 from sdfprt.imaging.shot import Frame, Shot
@@ -23,7 +24,9 @@ from sdfprt.material import shading
 from sdfprt.network import fused
 from sdfprt.network.mlp import TransferNet, activate, encode
 from sdfprt.rendering.frame import checked, light_coefficients, tiles, trace_tile
+from sdfprt.rendering.traced import trace_planes
 from sdfprt.sdf.kinds import AnyScene
+from sdfprt.sdf.scene import Scene
 from sdfprt.transfer.seen import see
 
 _CACHE = 2**20  # bytes of one layer's values, on a CPU
@@ -32,7 +35,10 @@ _ROWS = 2**16  # points at once, on a GPU
 
 @dataclass(frozen=True)
 class Seen:
-    """Hit samples of one tile, packed: a row each; `mask` (H, W) tells which; colours where the scene gives them."""
+    """Samples of one tile, a row each; `mask` (H, W) tells which hit; colours where the scene gives them.
+
+    `packed`: hits only. Else every sample has a row and `hit` is 1 or 0, so that a GPU need not tell the host how many hit.
+    """
 
     tile: tuple[int, int, int, int]  # x, y, width, height in samples
     mask: Bool[torch.Tensor, "h w"]
@@ -41,6 +47,11 @@ class Seen:
     albedo: Float[torch.Tensor, "n 3"] | None
     exponent: Float[torch.Tensor, "n"] | None
     dark: Float[torch.Tensor, "n"]  # 1 inside of a closed mesh, else 0
+    hit: Float[torch.Tensor, "n"] | None = None
+
+    @property
+    def packed(self) -> bool:
+        return self.hit is None
 
 
 def device() -> str:
@@ -55,16 +66,17 @@ def batch_of(net: TransferNet, where: str) -> int:
 
 @torch.no_grad()
 def predict(
-    net: TransferNet, points: Float[Any, "n 3"], normals: Float[Any, "n 3"], batch: int | None = None
+    net: TransferNet, points: Float[Any, "n c"], normals: Float[Any, "n c"], batch: int | None = None, hit: Any = None
 ) -> Float[torch.Tensor, "n k"]:
     """Transfer at surface points with unit normals, as TransferNet.predict, by torch on its device.
 
-    On CUDA in 16-bit products with 32-bit sums, which moves T by some 1e-3 (60 dB and more): one kernel where it fits.
+    On CUDA in 16-bit products with 32-bit sums, which moves T by some 1e-3 (60 dB and more): one kernel where it fits, which
+    leaves out the rows where `hit` is 0.
     """
     where = device()
     all_points, all_normals = (torch.as_tensor(v, dtype=torch.float32, device=where) for v in (points, normals))
     if fused.fits(net):
-        return fused.run(_packed(net), all_points, all_normals)
+        return fused.run(_packed(net), all_points, all_normals, hit)
     batch = batch or batch_of(net, where)
     kind = torch.float16 if where == "cuda" else torch.float32
     layers = [(torch.from_numpy(w).to(where, kind), torch.from_numpy(b).to(where, kind)) for w, b in net.weights]
@@ -73,7 +85,7 @@ def predict(
     octaves = net.position_frequencies, net.normal_frequencies
     for first in range(0, len(out), batch):
         chunk = slice(first, first + batch)
-        features = encode((all_points[chunk] - center) / net.extent, all_normals[chunk], *octaves)
+        features = encode((all_points[chunk, :3] - center) / net.extent, all_normals[chunk, :3], *octaves)
         out[chunk] = scale * activate(layers, features.to(kind))
     return out
 
@@ -95,36 +107,51 @@ def _sent(values: ndarray) -> torch.Tensor:
     return torch.as_tensor(values if values.dtype == bool else values.astype(np.float32), device=device())
 
 
+def _chosen(
+    scene: AnyScene,
+    tile: tuple[int, int, int, int],
+    points: torch.Tensor,
+    normals: torch.Tensor,
+    own: torch.Tensor | None,
+    packed: bool,
+) -> Seen:
+    """Of rows of points with `hit`, normals with `dark` where there are four columns, and colours: all, or those that hit."""
+    hit = points[:, 3]
+    mask = hit.reshape(tile[3], tile[2]) > 0.5
+    if packed:
+        rows = mask.reshape(-1)
+        points, normals, own = points[rows], normals[rows], None if own is None else own[rows]
+    albedo = own[:, :3] if own is not None and scene.has_albedo else None
+    exponent = own[:, 3] if own is not None and scene.has_exponent else None
+    dark = normals[:, 3] if normals.shape[1] == 4 else torch.zeros_like(points[:, 3])
+    return Seen(tile, mask, points[:, :3], normals[:, :3], albedo, exponent, dark, None if packed else hit)
+
+
 @in_render_thread
-def _seen_in_tile(scene: AnyScene, shot: Shot, tile: tuple[int, int, int, int]) -> Seen:
+def _seen_in_tile(scene: AnyScene, shot: Shot, tile: tuple[int, int, int, int], packed: bool) -> Seen:
     """One job, since the next one draws to the same textures."""
     target = trace_tile(scene, shot.camera, tile, shot.fine)
-    points, normals, colour = planes().planes(target.seen)
-    hit = points[..., 3] > 0.5
-    flat = colour[hit]
-    albedo, exponent = (flat[:, :3] if scene.has_albedo else None), (flat[:, 3] if scene.has_exponent else None)
-    return Seen(tile, hit, points[hit][:, :3], normals[hit][:, :3], albedo, exponent, normals[hit][:, 3])
+    points, normals, own = (plane.reshape(-1, 4) for plane in planes().planes(target.seen))
+    return _chosen(scene, tile, points, normals, own, packed)
 
 
-def _seen_by_opengl(scene: AnyScene, shot: Shot) -> Iterator[Seen]:
+def _seen_by_opengl(scene: AnyScene, shot: Shot, packed: bool) -> Iterator[Seen]:
     """The first pass of the OpenGL renderer, tile after tile."""
     for tile in tiles(shot.size, shot.samples):
-        yield _seen_in_tile(scene, shot, tile)
+        yield _seen_in_tile(scene, shot, tile, packed)
 
 
-def _seen_by_warp(scene: AnyScene, shot: Shot) -> Iterator[Seen]:
-    """The Warp tracer, the whole picture at once."""
+def _seen_by_warp(scene: AnyScene, shot: Shot, packed: bool) -> Iterator[Seen]:
+    """The Warp tracer, the whole picture at once; a field's, on torch's CUDA device, without the host."""
+    whole = (0, 0, *shot.fine)
+    if isinstance(scene, Scene) and device() == "cuda" and kernels.device().startswith("cuda"):
+        seen = trace_planes(scene, shot, kernels.device())
+        yield _chosen(scene, whole, seen.points, seen.normals, seen.colours, packed)
+        return
     seen = see(scene, shot.camera, shot.size, shot.samples)
     albedo, exponent = (None if v is None else _sent(v) for v in (seen.albedo, seen.exponent))
-    yield Seen(
-        (0, 0, *shot.fine),
-        _sent(seen.mask),
-        _sent(seen.points),
-        _sent(seen.normals),
-        albedo,
-        exponent,
-        _sent(seen.dark.astype(np.float32)),
-    )
+    dark = _sent(seen.dark.astype(np.float32))
+    yield Seen(whole, _sent(seen.mask), _sent(seen.points), _sent(seen.normals), albedo, exponent, dark)
 
 
 SURFACES = {"torch": _seen_by_opengl, "warp": _seen_by_warp}
@@ -135,29 +162,43 @@ def draw(scene: AnyScene, net: TransferNet, light: Light, shot: Shot, surface: s
 
     Raises SdfprtError for torch without OpenGL, for the triple product in each fragment, and where the picture is not finite.
     """
+    strength = light_coefficients(light, shot, net.bands)[1]
+    picture = picture_on_device(scene, net, light, shot, surface).cpu().numpy()
+    checked(picture, scene)
+    return Frame(picture[..., :3], picture[..., 3], strength)
+
+
+@torch.no_grad()
+def picture_on_device(
+    scene: AnyScene, net: TransferNet, light: Light, shot: Shot, surface: str = "torch"
+) -> Float[torch.Tensor, "h w 4"]:
+    """Radiance and alpha of `draw`, left where torch computes; on CUDA the host waits for nothing if one kernel fits."""
     shot.refuse_beyond(f"the back end {surface}", "dering", "light_bands", "result_bands")
-    coefficients, strength = light_coefficients(light, shot, net.bands)
+    coefficients = light_coefficients(light, shot, net.bands)[0]
     result_bands = shot.lighting.result_bands or net.bands
     samples = shot.samples
     directions = shot.camera.rays(shot.size, samples)[1] if shot.background else np.empty((0, 0, 3))
-    picture = np.zeros((shot.size[1], shot.size[0], 4), np.float32)
-    for seen in SURFACES[surface](scene, shot):
-        # Network and light on the packed samples
+    eye = _sent(np.asarray(shot.camera.eye))
+    picture = torch.zeros((shot.size[1], shot.size[0], 4), device=eye.device)
+    for seen in SURFACES[surface](scene, shot, not fused.fits(net)):
+        # Network and light
         x, y, width, height = seen.tile
-        fine = torch.zeros((height, width, 4), device=seen.points.device)
-        outgoing = torch.nn.functional.normalize(_sent(np.asarray(shot.camera.eye)) - seen.points, dim=1)
-        transfer = predict(net, seen.points, seen.normals)
+        outgoing = torch.nn.functional.normalize(eye - seen.points, dim=1)
+        transfer = predict(net, seen.points, seen.normals, hit=seen.hit)
         own = {"albedo": seen.albedo, "exponent": seen.exponent}
         colour = shading.shade(transfer, seen.normals, outgoing, coefficients, shot.material, result_bands, **own)
-        colour = colour * (1 - seen.dark[:, None])
-        fine[seen.mask] = torch.nn.functional.pad(colour, (0, 1), value=1.0)
+        colour = torch.nn.functional.pad(colour * (1 - seen.dark[:, None]), (0, 1), value=1.0)
+        if seen.packed:
+            fine = torch.zeros((height, width, 4), device=eye.device)
+            fine[seen.mask] = colour
+        else:
+            fine = torch.where(seen.mask[..., None], colour.reshape(height, width, 4), 0.0)
 
-        # Unpacked, with the light behind it, averaged over each pixel's samples
+        # The light behind it, averaged over each pixel's samples
         if shot.background:
             behind = ~seen.mask
             ways = directions[y : y + height, x : x + width][behind.cpu().numpy()]
             fine[behind] = torch.nn.functional.pad(_sent(light.radiance(ways)), (0, 1))
         cells = fine.reshape(height // samples, samples, width // samples, samples, 4).mean(dim=(1, 3))
-        picture[y // samples : (y + height) // samples, x // samples : (x + width) // samples] = cells.cpu().numpy()
-    checked(picture, scene)
-    return Frame(picture[..., :3], picture[..., 3], strength)
+        picture[y // samples : (y + height) // samples, x // samples : (x + width) // samples] = cells
+    return picture

@@ -1,11 +1,19 @@
 """Colours and exponents that a scene's file gives over its surface."""
 
+from typing import Any
+
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
 from sdfprt.core import kernels
 from sdfprt.sdf.scene import Scene
+
+
+def kernel(scene: Scene) -> Any:
+    """Of `rows`, six numbers a point and its normal, to `out`, albedo and exponent; for a scene that gives one of them."""
+    body = f"#define SDFPRT_HAS_ALBEDO {int(scene.has_albedo)}\n#define SDFPRT_HAS_EXPONENT {int(scene.has_exponent)}\n"
+    return kernels.build(body + scene.native_colour, ("sdf/colour.h",), {"rows": kernels.FLOATS, "out": kernels.FLOATS})
 
 
 def colours(
@@ -17,10 +25,7 @@ def colours(
     count = len(points)
     rows = np.zeros((kernels.padded(count), 6), np.float32)
     rows[:count] = np.concatenate([points, normals], axis=1)
-    flat = kernels.FLOATS
-    body = f"#define SDFPRT_HAS_ALBEDO {int(scene.has_albedo)}\n#define SDFPRT_HAS_EXPONENT {int(scene.has_exponent)}\n"
-    kernel = kernels.build(body + scene.native_colour, ("sdf/colour.h",), {"rows": flat, "out": flat})
     out = kernels.zeros(4 * len(rows))
-    kernels.launch(kernel, len(rows) // kernels.lanes(), [kernels.array(rows), out])
+    kernels.launch(kernel(scene), len(rows) // kernels.lanes(), [kernels.array(rows), out])
     values = out.numpy().reshape(-1, 4)[:count]
     return (values[:, :3] if scene.has_albedo else None), (values[:, 3] if scene.has_exponent else None)

@@ -148,6 +148,11 @@ class Compiled:
         return evaluate(self.native, points, step).reshape(-1, 3)[: len(points)]
 
 
+def distance_kernel(native: str) -> Any:
+    """Of points to distances, or with a step to gradients."""
+    return kernels.build(native, ("sdf/distance.h",), {"points": kernels.FLOATS, "out": kernels.FLOATS, "step": float})
+
+
 def evaluate(native: str, points: Float[ndarray, "n 3"], step: float = 0.0) -> Float[ndarray, "_"]:
     """Values of `Scene::distance` in C++ text, of whole packets of points; with a step, gradients, three numbers each."""
     points = np.ascontiguousarray(points, np.float32)
@@ -155,9 +160,7 @@ def evaluate(native: str, points: Float[ndarray, "n 3"], step: float = 0.0) -> F
     padded[: len(points)] = points
     padded[len(points) :] = points[-1] if len(points) else 0
     out = kernels.zeros(len(padded) * (3 if step else 1))
-    arguments = {"points": kernels.FLOATS, "out": kernels.FLOATS, "step": float}
-    kernel = kernels.build(native, ("sdf/distance.h",), arguments)
-    kernels.launch(kernel, len(padded) // kernels.lanes(), [kernels.array(padded), out, step])
+    kernels.launch(distance_kernel(native), len(padded) // kernels.lanes(), [kernels.array(padded), out, step])
     return out.numpy()
 
 

@@ -1,6 +1,7 @@
 """Sphere tracing by Warp: nearest hits, visibility, and the G-buffer of a camera."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -26,14 +27,10 @@ def box_array(scene: Scene) -> wp.array:
     return kernels.array(scene.bounds)
 
 
-def _rays(scene: Scene, piece: str, origins: ndarray, directions: ndarray, near: float) -> ndarray:
-    """Run trace.h and `piece` over rays, padded to whole packets."""
-    count = len(directions)
-    padded = kernels.padded(count)
-    o, d = np.zeros((padded, 3), np.float32), np.ones((padded, 3), np.float32)
-    o[:count], d[:count] = origins, directions
+def kernel(scene: Scene, piece: str) -> Any:
+    """Runs trace.h and `piece` over rays, padded to whole packets; its arguments end with `limits`."""
     flat = kernels.FLOATS
-    kernel = kernels.build(
+    return kernels.build(
         scene.native,
         ("sdf/trace.h", piece),
         {
@@ -41,9 +38,21 @@ def _rays(scene: Scene, piece: str, origins: ndarray, directions: ndarray, near:
             "near": float, "step": float, "relaxation": float, "steps": int,
         },
     )  # fmt: skip
+
+
+def limits(scene: Scene, near: float) -> list[float]:
+    """What counts as the surface, the scene's step, over-relaxation, and the most steps."""
+    return [near * scene.diagonal, scene.step, settings.Trace.relaxation, settings.Trace.steps]
+
+
+def _rays(scene: Scene, piece: str, origins: ndarray, directions: ndarray, near: float) -> ndarray:
+    count = len(directions)
+    padded = kernels.padded(count)
+    o, d = np.zeros((padded, 3), np.float32), np.ones((padded, 3), np.float32)
+    o[:count], d[:count] = origins, directions
     out = kernels.zeros(padded)
-    limits = [near * scene.diagonal, scene.step, settings.Trace.relaxation, settings.Trace.steps]
-    kernels.launch(kernel, padded // kernels.lanes(), [kernels.array(o), kernels.array(d), out, box_array(scene), *limits])
+    arrays = [kernels.array(o), kernels.array(d), out, box_array(scene)]
+    kernels.launch(kernel(scene, piece), padded // kernels.lanes(), [*arrays, *limits(scene, near)])
     return out.numpy()[:count]
 
 

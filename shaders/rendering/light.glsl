@@ -1,7 +1,7 @@
 // Second pass: network and lighting of the samples that hit, POINTS of them an invocation.
 void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS]);
 vec3 shade(vec3 n, vec3 o, vec4 transfer[OUTPUTS], vec3 base, float s);
-layout(local_size_x = 8) in;
+layout(local_size_x = GROUP) in;
 layout(std430, binding = 0) readonly buffer SeenSamples {
     uint seenCount;
     uint seen[];  // y << 16 | x

@@ -15,6 +15,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+_STYLE = "body{font:15px sans-serif}figure{display:inline-block;margin:.4em}img{image-rendering:pixelated;min-width:20em}"
+_BODY = """<h1>{{ title }}</h1>
+<p>{% for key, value in numbers.items() %}{{ key }} {{ "%.4g" | format(value) }}{{ ", " if not loop.last }}{% endfor %}</p>
+{% for part, file in files.items() %}
+<figure><img src="{{ file | urlencode }}" alt="{{ part }}"><figcaption>{{ part }}</figcaption></figure>
+{% endfor %}"""
+
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("sdfprt", "golden images")
@@ -116,19 +123,14 @@ def _file(folder: Path, name: str, part: str) -> Path:
 
 def _report(folder: Path, name: str, ours: np.ndarray, golden: np.ndarray, found: dict[str, float]) -> Path:
     """Picture, golden and heatmap side by side on a page."""
+    from sdfprt.core import pages
     from sdfprt.imaging import image, metrics
 
     files = {part: _file(folder, name, f"{part}.png") for part in ("ours", "golden", "flip")}
     image.write(files["ours"], ours)
     image.write(files["golden"], golden)
     metrics.write_heatmap(files["flip"], ours, golden)
-    cells = "".join(
-        f'<figure><img src="{file.name}" alt="{part}"><figcaption>{part}</figcaption></figure>' for part, file in files.items()
-    )
-    style = "body{font:15px sans-serif}figure{display:inline-block;margin:.4em}img{image-rendering:pixelated;min-width:20em}"
-    numbers = ", ".join(f"{key} {value:.4g}" for key, value in found.items())
     page = _file(folder, name, "report.html")
-    page.write_text(
-        f"<!doctype html><meta charset=utf-8><title>{name}</title><style>{style}</style><h1>{name}</h1><p>{numbers}</p>{cells}"
-    )
+    values = {"files": {part: file.name for part, file in files.items()}, "numbers": found}
+    page.write_text(pages.page(name, _BODY, values, _STYLE), encoding="utf-8")
     return page

@@ -13,7 +13,6 @@ import os
 import re
 import signal
 import sys
-import tomllib
 import traceback as tracebacks
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields, is_dataclass, replace
@@ -273,14 +272,10 @@ def pixels(text: str) -> tuple[int, int]:
 
 
 def definition(text: str) -> tuple[str, Any]:
-    """Parse `NAME=VALUE`: the value as TOML has it, and as text where it is none, such as vec3(0.5)."""
-    name, separator, value = text.partition("=")
-    if not separator or not re.fullmatch(r"[A-Za-z_]\w*", name.strip(), re.ASCII) or not value.strip():
-        raise SdfprtError(f"--define {text}: expected NAME=VALUE, such as RADIUS=0.5")
-    try:
-        return name.strip(), tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
-        return name.strip(), value.strip()
+    """Parse `NAME=VALUE`, see glsl/defines.py."""
+    from sdfprt.glsl.defines import assignment
+
+    return assignment(text)
 
 
 def picture(output: Path, kinds: tuple[str, ...] = (".png", ".exr")) -> Path:

@@ -4,8 +4,6 @@ Both are GLSL ES 3.00. What that does not take of a scene is rewritten, or named
 """
 
 import base64
-import html
-import json
 import re
 import zlib
 from typing import Any
@@ -15,7 +13,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from sdfprt.baking.asset import Asset
-from sdfprt.core import settings
+from sdfprt.core import pages, settings
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.resources import folder
 from sdfprt.glsl.compile import check_es
@@ -110,9 +108,8 @@ def export_html(
         "tilt": tilt,
         "lights": [_light(each, net.bands, dering) for each in chosen],
     }
-    text = json.dumps(data, separators=(",", ":"), default=ndarray.tolist).replace("</", "<\\/")
-    page = (folder("shaders") / "export" / "page.html").read_text()
-    return page.replace("SCENE_TITLE", html.escape(scene.title or scene.name)).replace("SCENE_DATA", text)
+    body, style, script = ((folder("shaders") / "export" / f"page.{kind}").read_text() for kind in ("html", "css", "js"))
+    return pages.page(scene.title or scene.name, body, {}, style, script, data)
 
 
 def export_shadertoy(

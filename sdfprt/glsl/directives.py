@@ -30,6 +30,7 @@ def plain(text: str) -> str:
     text = re.sub(r"[^\S\n]|[\x01-\x08\x0e-\x1f\x7f]", " ", text)
     for escape, letter in (("&lt;", "<"), ("&gt;", ">"), ("&amp;", "&")):  # pasted from a page's source
         text = text.replace(escape, letter)
+    text = re.sub(r"^([ \t]*#[ \t]*(?:info|group)\b)[^\n]*", r"\1", text, flags=re.M)  # prose of Fragmentarium, quotes in it
     return plain_directives(re.sub(r"[^\x00-\x7f]", "?", text))
 
 

@@ -10,8 +10,10 @@ from sdfprt.core.errors import GlslError
 from sdfprt.core.settings import Compile
 from sdfprt.glsl.before_march import Setup, before_march
 from sdfprt.glsl.compile import compile_glsl, preprocessed
+from sdfprt.glsl.defines import apply
 from sdfprt.glsl.directives import plain
 from sdfprt.glsl.entry import CALL, find_entry, without_mains
+from sdfprt.glsl.hosts import FILES, GIVEN, adapted, number_of
 from sdfprt.glsl.include import definitions, expand_includes, read_text
 from sdfprt.glsl.parts import KINDS, Parts, carried_function, part_function
 from sdfprt.glsl.scanner import BUILT_IN_TYPE, PRECISIONS, Block, File, Variable, code_only, declarations, edited, macros, rename
@@ -23,38 +25,6 @@ PRELUDE = "prelude.glsl"
 _PRELUDE_FILE = 1100  # number of the prelude, beyond those of the files that a scene includes
 _OURS = 999_999  # the line of our own functions, behind the user's text
 _MAX_ARRAY = 4096  # places of an array that are given values
-
-CHANNELS = tuple(f"iChannel{k}" for k in range(4))  # pictures that Shadertoy's user chooses
-# What authors' viewers define for them; added only where the compiler misses the name
-_HOST = {
-    **dict.fromkeys(("pi", "PI", "M_PI", "Pi"), "const float {} = 3.14159265358979;"),
-    **dict.fromkeys(("tau", "TAU", "TWO_PI"), "const float {} = 6.28318530717959;"),
-    **dict.fromkeys(("HALF_PI", "PI_2"), "const float {} = 1.5707963267949;"),
-    **dict.fromkeys(("iTime", "time", "u_time", "iGlobalTime", "iTimeDelta", "globalTime"), "const float {} = 0.0;"),
-    **dict.fromkeys(("iFrame", "frame"), "const int {} = 0;"),
-    "iResolution": "const vec3 {} = vec3(512.0, 512.0, 1.0);",
-    "resolution": "const vec2 {} = vec2(512.0);",
-    "u_resolution": "const vec2 {} = vec2(512.0);",
-    "iMouse": "const vec4 {} = vec4(0.0);",
-    "iDate": "const vec4 {} = vec4(0.0);",
-    "iSampleRate": "const float {} = 44100.0;",
-    **dict.fromkeys(CHANNELS, "uniform sampler2D {};"),
-    "iChannelTime": "const float {}[4] = float[](0.0, 0.0, 0.0, 0.0);",
-    "iChannelResolution": "const vec3 {}[4] = vec3[](vec3(256.0), vec3(256.0), vec3(256.0), vec3(256.0));",
-    **dict.fromkeys(("texture2D", "textureCube", "texture3D"), "#define {} texture"),
-    **dict.fromkeys(("texture2DLod", "texture2DLodEXT", "textureCubeLod"), "#define {} textureLod"),
-    "iFrameRate": "const float {} = 60.0;",
-    "u_mouse": "const vec2 {} = vec2(0.0);",
-    **dict.fromkeys(("EPS", "EPSILON", "eps", "epsilon"), "const float {} = 0.001;"),
-    "mouse": "const vec2 {} = vec2(0.0);",
-    "saturate": "#define {}(x) clamp(x, 0.0, 1.0)",
-    "frac": "#define {}(x) fract(x)",
-    "lerp": "#define {}(a, b, t) mix(a, b, t)",
-    "lengthSquared": "float {0}(vec2 v) {{ return dot(v, v); }} float {0}(vec3 v) {{ return dot(v, v); }}",
-    "dot2": "float {0}(vec2 v) {{ return dot(v, v); }} float {0}(vec3 v) {{ return dot(v, v); }}",
-    "rot": "mat2 {}(float a) {{ float c = cos(a), s = sin(a); return mat2(c, s, -s, c); }}",
-}
-
 
 _COLOURS = {name: rf"\b{kind}\s+{name}\s*\(\s*(?:in\s+)?vec3\s+\w+\s*,\s*(?:in\s+)?vec3\b" for name, kind in KINDS.items()}
 _TURNED = "{0} = vec3({0}.x, -{0}.z, {0}.y); "  # from the world into a file whose vertical is z; the twin of maths/axes.py
@@ -87,7 +57,7 @@ def prepare(
     glsl: str,
     file: str,
     own_folder: Path | None,
-    defines: Mapping[str, float],
+    defines: Mapping[str, Any],
     offset: float,
     parts: Parts,
     rest: Mapping[str, Any],
@@ -167,17 +137,17 @@ def prepare(
     )
 
 
-def _source(glsl: str, file: str, own_folder: Path | None, defines: Mapping[str, float], prelude: str) -> tuple[str, list[str]]:
+def _source(glsl: str, file: str, own_folder: Path | None, defines: Mapping[str, Any], prelude: str) -> tuple[str, list[str]]:
     """The text in plain characters with what it includes, behind the prelude and what scene.toml defines; what was renamed."""
     if "\0" in glsl or len(glsl) > Compile.text:
         raise GlslError(f"{file}: this is not GLSL text (a zero byte, or over {Compile.text:,} characters)")
-    expanded, renamed = expand_includes(plain(glsl), file, own_folder)
+    expanded, notes = expand_includes(plain(glsl), file, own_folder, FILES)
     body = f"{prelude}\n#line 1\n{expanded}" if prelude else expanded
     body = re.sub(r"^[ \t]*#[ \t]*(version|extension|pragma)\b[^\n]*$", "", body, flags=re.M)
-    for name in defines:  # a uniform or constant of that name gives way to the define
-        body = re.sub(rf"^[ \t]*(uniform|const)\s+(\w+\s+)?\w+\s+{name}\s*(=[^;]*)?;", "", body, flags=re.M)
-    header = [f"#define {name} {_define(name, value, file)}" for name, value in defines.items()]
-    return "\n".join([*header, "#line 1", body]), renamed
+    body, said = adapted(body, glsl)
+    elsewhere = set(re.findall(r"\w+", "" if prelude or not defines else _prelude(own_folder)))
+    body, header = apply(body, defines, file, elsewhere)
+    return "\n".join([*header, "#line 1", body]), [*notes, *said]
 
 
 def _without_directives(source: str, entry: str, file: str) -> tuple[str, str]:
@@ -238,7 +208,7 @@ def _constant_uniforms(body: str, read: set[str], assumed: list[str]) -> str:
     for each in file.variables:
         if "uniform" not in each.qualifiers or not (BUILT_IN_TYPE.match(each.type) or each.type in file.structs):
             continue
-        value = each.value or _value(file, each, 512 if "resolution" in each.name.lower() else 0)
+        value = each.value or _value(file, each, number_of(each.name))
         if value is None:
             continue
         struct = file.structs.get(each.type)
@@ -342,7 +312,7 @@ def _compiled(header: Sequence[str], body: str, ours: str, file: str, prelude: C
     """Compile, adding what hosts define as the compiler misses it. `prelude` gives the names that prelude.glsl defines."""
     added: dict[str, None] = {}
     while True:
-        text = "\n".join([*header, *(_HOST[name].format(name) for name in added), body, f"#line {_OURS}", ours])
+        text = "\n".join([*header, *(GIVEN[name].format(name) for name in added), body, f"#line {_OURS}", ours])
         try:
             return _Compiled(text, compile_glsl(distance_module(text), file=file), tuple(added))
         except GlslError as error:
@@ -350,7 +320,7 @@ def _compiled(header: Sequence[str], body: str, ours: str, file: str, prelude: C
             names = [n for pair in missing for n in pair if n]
             if there := [name for name in dict.fromkeys(names) if name in prelude()]:
                 return _Compiled("", b"", (), tuple(there))
-            new = [n for n in names if n in _HOST and n not in added]
+            new = [n for n in names if n in GIVEN and n not in added]
             if not new:
                 raise GlslError(str(error).replace(f"{file}:{_OURS}:", f"{file}: entry:")) from None
             added.update(dict.fromkeys(new))
@@ -368,12 +338,6 @@ def _prelude(own_folder: Path | None) -> str:
 
 def _defined_in(text: str) -> set[str]:
     return {name for name, _ in definitions(text)} | macros(text)
-
-
-def _define(name: str, value: float, file: str) -> str:
-    if not re.fullmatch(r"[A-Za-z_]\w*", name):
-        raise GlslError(f"{file}: cannot define '{name}': not a name")
-    return repr(float(value)) if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
 
 
 def _turned(name: str) -> str:

@@ -46,6 +46,7 @@ def read_result(program: Program, function: Function, value: str, outs: Sequence
     albedo = _albedo(names)
     part = next((text for text, kind, name in names if kind in ("int", "uint") and (name in _PARTS or name == "")), "")
     part = part or next((text for text, kind, _ in names if kind in ("int", "uint")), "")
+    part = part or next((f"{text}.x" for text, kind, _ in names if kind in ("ivec2", "ivec3")), "")
     part = part or next((text for text, kind, name in names if kind == "float" and name in _PARTS and text != value), "")
     exponent = _exponent(names)
     kind = function.result

@@ -21,8 +21,9 @@ from sdfprt.core import kernels
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.stack import with_deep_stack
 from sdfprt.glsl.compile import compile_glsl
+from sdfprt.glsl.hosts import CHANNELS
 from sdfprt.glsl.parts import KINDS, Parts
-from sdfprt.glsl.prepare import CHANNELS, Prepared, field_module, prepare
+from sdfprt.glsl.prepare import Prepared, field_module, prepare
 from sdfprt.glsl.spirv import fingerprint, parse, samplers
 from sdfprt.glsl.to_cpp import BUDGET, Texture, Translator
 from sdfprt.sdf import textures

@@ -86,6 +86,8 @@ def read_settings(path: Path, given: Mapping[str, Any]) -> dict[str, Any]:
         for key in ("step", "offset"):
             if key in toml:
                 found[key] = float(toml[key])
+        if "notes" in toml:
+            found["notes"] = tuple(str(note) for note in list(toml["notes"]))
         if "camera" in toml:
             found["camera"] = {k: tuple(map(float, v)) if k != "fov" else float(v) for k, v in toml["camera"].items()}
         if "entry" in toml:
@@ -156,6 +158,7 @@ def write(
     textures: Mapping[str, ndarray],
     parts: Mapping[int, Any],
     defines: Mapping[str, Any],
+    notes: tuple[str, ...],
 ) -> None:
     """Write sdf.glsl and scene.toml that are read as the same scene; `numbers` are bounds, step and offset, in the world."""
     try:
@@ -166,6 +169,7 @@ def write(
     lines = [f"title = {json.dumps(title)}", *(f"{key} = {_toml(value)}" for key, value in numbers.items())]
     lines += [f'up = "{up}"'] if up != "y" else []
     lines += [f"entry = {json.dumps(entry)}"] if entry else []
+    lines += [f"notes = {json.dumps(notes, ensure_ascii=False)}"] if notes else []
     lines += ["", "[camera]", *(f"{key} = {_toml(axes.to_file(getattr(camera, key), up))}" for key in ("eye", "target", "up"))]
     lines += [f"fov = {float(camera.fov)!r}"]
     lines += ["", "[material]", *_material_lines(material)]

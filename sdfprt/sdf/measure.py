@@ -9,11 +9,13 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from sdfprt.core.progress import track
 from sdfprt.maths.box import Box, diagonal
 
 Distance = Callable[[ndarray], ndarray]
 GRID = 48  # samples along each side of a box
 _CHORD = 0.01  # of the diagonal
+_ALL_AROUND = 0.9  # of the samples on the faces of the bounds; a landscape that fills the bounds has less
 _CHUNK = 1 << 18  # samples evaluated at once
 _TOLERANCE = 1.02  # slopes up to this are taken for 1
 THIN = 2e-3  # of the diagonal: a field that is never negative but comes this near zero has a surface
@@ -25,14 +27,27 @@ def grid(box: Box) -> Float[ndarray, "n 3"]:
     return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
 
 
+def faces(box: Box) -> Float[ndarray, "n 3"]:
+    """The points of `grid` that lie on the faces of the box."""
+    points, (low, high) = grid(box), np.asarray(box, np.float32)
+    return points[((points <= low) | (points >= high)).any(axis=1)]
+
+
+def negative_all_around(values: Float[ndarray, "n"]) -> bool:
+    """Do distances on the faces of the bounds say that the field is inside out?"""
+    return float(np.mean(values < 0)) > _ALL_AROUND
+
+
 def samples(distance: Distance, first: ndarray, cell: float, counts: ndarray) -> Float[ndarray, "nz ny nx"]:
     """Distances at the corners of cubic cells, `counts` of them along x, y and z from `first` on; a few layers at a time."""
     x, y, z = (first[axis] + cell * np.arange(counts[axis]) for axis in range(3))
     values = np.empty(counts[::-1], np.float32)
     layers = max(_CHUNK // (len(x) * len(y)), 1)
-    for begin in range(0, len(z), layers):
-        part = np.stack(np.meshgrid(z[begin : begin + layers], y, x, indexing="ij")[::-1], -1)
-        values[begin : begin + layers] = distance(part.reshape(-1, 3).astype(np.float32)).reshape(part.shape[:3])
+    with track("samples", len(z)) as advance:
+        for begin in range(0, len(z), layers):
+            part = np.stack(np.meshgrid(z[begin : begin + layers], y, x, indexing="ij")[::-1], -1)
+            values[begin : begin + layers] = distance(part.reshape(-1, 3).astype(np.float32)).reshape(part.shape[:3])
+            advance(len(part))
     return values
 
 

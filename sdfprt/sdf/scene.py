@@ -154,17 +154,21 @@ class Scene:
         name: str = "module",
         resolution: int = GridFit.resolution,
         max_weights: int = FromTorch.weights,
+        column: int | None = None,
     ) -> Scene:
         """A trained torch SDF, (N, 3) -> (N,) or (N, 1), as a scene; `step` is measured.
+
+        Of several columns `column` is the distance; of a dict the entry "sdf", of a tuple the first. The module is asked in its
+        own float type (halves in floats), in evaluation mode, and left as it was.
 
         Linear layers, the usual activations, skips and sine encodings become GLSL, held against the module at random
         points. Any other callable, and networks of more than `max_weights`, are sampled on a grid, `resolution` samples along
         the longest side; a warning and `notes` then say why, and what error that costs.
-        Raises SdfprtError where the module fails, is not finite, or returns another shape.
+        Raises SdfprtError where the module fails, is not finite, returns another shape, is inside out or without a surface.
         """
         from sdfprt.sdf.neural.torch_module import read_module
 
-        return cls(**read_module(module, bounds, name, resolution, max_weights)).with_measured_step()
+        return cls(**read_module(module, bounds, name, resolution, max_weights, column)).with_measured_step()
 
     def _measured(self, given: Collection[str], camera: Mapping[str, Any]) -> Scene:
         """The scene with bounds, offset and step by measurement where they are not `given`, and the rest of a camera."""
@@ -195,6 +199,7 @@ class Scene:
             textures=self.textures,
             parts=self.parts,
             defines=self.defines,
+            notes=self.notes,
         )
         return path
 

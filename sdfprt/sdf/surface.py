@@ -10,6 +10,7 @@ from skimage.measure import marching_cubes
 from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.progress import track
+from sdfprt.sdf import measure
 from sdfprt.sdf.scene import Scene
 
 _BRICK = 8  # cells; a brick that cannot hold the surface is never evaluated
@@ -59,6 +60,8 @@ def mesh(scene: Scene, resolution: int = settings.Surface.resolution) -> tuple[F
             advance(1)
     if not vertices:
         raise SdfprtError(_no_surface(scene, inside, outside, smallest, nowhere))
+    if measure.negative_all_around(scene.distance(measure.faces(scene.bounds))):
+        raise SdfprtError(f"{scene.file}: inside out: the distance is negative all around the bounds; return -d")
     return np.concatenate(vertices).astype(np.float32), np.concatenate(faces).astype(np.int64)
 
 

@@ -7,18 +7,18 @@ shading; the last part is what OpenGL adds. A part's share is its projection on 
 """
 
 import base64
-import html
 import io
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
 
 from sdfprt.baking.sdf import bake
-from sdfprt.core import settings
+from sdfprt.core import pages, settings
 from sdfprt.core.files import atomic_write
 from sdfprt.imaging import metrics, tone
 from sdfprt.imaging.camera import Camera
@@ -130,23 +130,23 @@ def report(
     settings_line = f"{size[0]}x{size[1]}, light {light.name}, {spp} paths a pixel, {rays} rays a pixel"
     page = _page(scene.name, settings_line, splits, rows, sections)
     with atomic_write(output) as temporary:
-        temporary.write_text(page)
+        temporary.write_text(page, encoding="utf-8")
     return splits, rows
 
 
-def _gallery(title: str, pictures: dict[str, ndarray], mask: ndarray) -> str:
-    """Tone-mapped pictures above their FLIP heatmaps against the first; numbers over the mask."""
+def _gallery(title: str, pictures: dict[str, ndarray], mask: ndarray) -> dict[str, Any]:
+    """Tone-mapped pictures and their FLIP heatmaps against the first; numbers over the mask."""
     from matplotlib import colormaps
 
     truth = next(iter(pictures.values()))
-    cells = []
+    figures = []
     for caption, picture in pictures.items():
         shown = tone.srgb_encode(tone.tone_map(picture))
         error = metrics.flip_map(tone.tone_map(picture), tone.tone_map(truth))
         heat = colormaps["magma"](np.clip(error, 0, 1))[..., :3]
         numbers = f"{measure(picture, truth, mask)['psnr']:.1f} dB, FLIP {error[mask].mean():.3f}" if picture is not truth else ""
-        cells.append(f"<figure>{_png(shown)}{_png(heat)}<figcaption>{html.escape(caption)}<br>{numbers}</figcaption></figure>")
-    return f"<h3>{html.escape(title)}</h3><div>{''.join(cells)}</div>"
+        figures.append({"pictures": (_png(shown), _png(heat)), "caption": caption, "numbers": numbers})
+    return {"title": title, "figures": figures}
 
 
 def _png(picture: ndarray) -> str:
@@ -154,7 +154,7 @@ def _png(picture: ndarray) -> str:
 
     memory = io.BytesIO()
     iio.imwrite(memory, (np.clip(picture, 0, 1) * 255 + 0.5).astype(np.uint8), extension=".png")
-    return f'<img alt="" src="data:image/png;base64,{base64.b64encode(memory.getvalue()).decode()}">'
+    return f"data:image/png;base64,{base64.b64encode(memory.getvalue()).decode()}"
 
 
 PARTS = (
@@ -174,30 +174,44 @@ def _cell(key: str, value: object) -> str:
     return f"{value:.3f}" if key == "flip" else f"{value:.1f}"
 
 
-def table(rows: Sequence[Split | BandRow]) -> str:
-    """Rows of one dataclass as an HTML table."""
+def table(rows: Sequence[Split | BandRow]) -> list[list[str]]:
+    """Rows of one dataclass as texts, the names of the columns first; empty where there are none."""
     if not rows:
-        return ""
-    head = "".join(f"<th>{key.replace('_', ' ')}</th>" for key in asdict(rows[0]))
-    lines = []
-    for row in rows:
-        cells = (_cell(key, value) for key, value in asdict(row).items())
-        lines.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
-    return f"<table><tr>{head}</tr>{''.join(lines)}</table>"
+        return []
+    head = [key.replace("_", " ") for key in asdict(rows[0])]
+    return [head, *([_cell(key, value) for key, value in asdict(row).items()] for row in rows)]
 
 
-def _page(title: str, line: str, splits: list[Split], rows: list[BandRow], sections: list[str]) -> str:
-    style = (
-        "body{font:15px sans-serif;margin:2em;max-width:90em}td,th{padding:.2em .8em;text-align:right}"
-        "p{max-width:60em}td:first-child,th:first-child{text-align:left}td{border-top:1px solid #ddd}"
-        "table{border-collapse:collapse}"
-        "figure{display:inline-block;vertical-align:top;margin:.4em}img{display:block;image-rendering:pixelated}"
-    )
-    return (
-        f"<!doctype html><meta charset=utf-8><title>sdfprt: {html.escape(title)}</title><style>{style}</style>"
-        f"<h1>{html.escape(title)}: where the error comes from</h1><p>{html.escape(line)}. PSNR in dB and FLIP over hit pixels, "
-        "peak: 99.9th percentile of the reference.</p>"
-        f"<h2>Network, truncation, rest</h2><p>{PARTS}</p>{table(splits)}"
-        f"<h2>Bands of transfer, light and result, exact transfer</h2><p>{BANDS_TEXT}</p>{table(rows)}"
-        f"<h2>Pictures</h2><p>{PICTURES}</p>{''.join(sections)}"
-    )
+STYLE = (
+    "body{font:15px sans-serif;margin:2em;max-width:90em}td,th{padding:.2em .8em;text-align:right}"
+    "p{max-width:60em}td:first-child,th:first-child{text-align:left}td{border-top:1px solid #ddd}"
+    "table{border-collapse:collapse}"
+    "figure{display:inline-block;vertical-align:top;margin:.4em}img{display:block;image-rendering:pixelated}"
+)
+BODY = """{% macro table(rows) %}{% if rows %}<table>
+<tr>{% for cell in rows[0] %}<th>{{ cell }}</th>{% endfor %}</tr>
+{% for row in rows[1:] %}<tr>{% for cell in row %}<td>{{ cell }}</td>{% endfor %}</tr>
+{% endfor %}</table>{% endif %}{% endmacro %}
+<h1>{{ name }}: where the error comes from</h1>
+<p>{{ line }}. PSNR in dB and FLIP over hit pixels, peak: 99.9th percentile of the reference.</p>
+<h2>Network, truncation, rest</h2><p>{{ about_parts }}</p>{{ table(splits) }}
+<h2>Bands of transfer, light and result, exact transfer</h2><p>{{ about_bands }}</p>{{ table(rows) }}
+<h2>Pictures</h2><p>{{ about_pictures }}</p>
+{% for section in sections %}<h3>{{ section.title }}</h3><div>{% for figure in section.figures %}
+<figure>{% for picture in figure.pictures %}<img alt="" src="{{ picture }}">{% endfor %}
+<figcaption>{{ figure.caption }}<br>{{ figure.numbers }}</figcaption></figure>{% endfor %}</div>
+{% endfor %}"""
+
+
+def _page(name: str, line: str, splits: list[Split], rows: list[BandRow], sections: list[dict[str, Any]]) -> str:
+    values = {
+        "name": name,
+        "line": line,
+        "splits": table(splits),
+        "rows": table(rows),
+        "sections": sections,
+        "about_parts": PARTS,
+        "about_bands": BANDS_TEXT,
+        "about_pictures": PICTURES,
+    }
+    return pages.page(f"sdfprt: {name}", BODY, values, STYLE)

@@ -52,7 +52,7 @@ def _open(browser, path: Path, text: str):
     asked: list[str] = []
     page.on("request", lambda request: asked.append(request.url))
     page.goto(path.as_uri())
-    page.wait_for_function("document.body.dataset.state")
+    page.wait_for_selector("body[data-state]")
     assert asked == [path.as_uri()], "the page asks for nothing but itself"
     assert page.inner_text("#message") == ""
     return page
@@ -139,7 +139,7 @@ def test_without_webgl_the_page_says_so(browser, tmp_path):
     page.set_default_timeout(PATIENCE)
     page.add_init_script("HTMLCanvasElement.prototype.getContext = () => null")
     page.goto((tmp_path / "page.html").as_uri())
-    page.wait_for_function("document.body.dataset.state === 'failed'")
+    page.wait_for_selector("body[data-state=failed]")
     assert "needs WebGL 2" in page.inner_text("#message")
     page.close()
 

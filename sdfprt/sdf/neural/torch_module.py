@@ -7,7 +7,6 @@ caught (a TorchDispatchMode): the map that arrives becomes a matrix in GLSL, and
 module names, forward functions, einsum or reshape do not matter; what cannot be followed is an error with the reason.
 """
 
-import copy
 import math
 import warnings
 from collections.abc import Callable
@@ -25,9 +24,8 @@ from sdfprt.glsl.text import number
 from sdfprt.maths.box import Box, diagonal
 from sdfprt.sdf.compiled import Compiled
 from sdfprt.sdf.grid_samples import sample
+from sdfprt.sdf.neural.modules import Function, check_distance, evaluating, evaluator, in_type, one_distance
 from sdfprt.sdf.neural.write import Value, Writer
-
-_BATCH = 65_536  # points that the module sees at once
 
 _ERF = """// Error function to 2e-7 (Abramowitz and Stegun, 7.1.26)
 vec4 erf(vec4 x) {
@@ -41,7 +39,8 @@ _AFFINE = set(
     "view _unsafe_view reshape permute t transpose expand unsqueeze squeeze cat stack slice select split split_with_sizes "
     "unbind index index_select gather flip roll neg sum mean repeat clone detach _to_copy alias contiguous mm bmm addmm matmul mv "
     "linear baddbmm add sub rsub mul div unfold lift_fresh positive copy constant_pad_nd flatten unflatten narrow chunk dropout "
-    "native_dropout diagonal tril triu dot addmv movedim swapaxes expand_as to view_as".split()
+    "native_dropout native_batch_norm _native_batch_norm_legit_no_training ones_like zeros_like full_like new_ones new_zeros "
+    "new_full diagonal tril triu dot addmv movedim swapaxes expand_as to view_as".split()
 )
 _PRODUCTS = {"mm": 0, "bmm": 0, "matmul": 0, "mv": 0, "dot": 0, "linear": 0, "addmm": 1, "baddbmm": 1, "addmv": 1}
 
@@ -145,6 +144,8 @@ class _Probe(TorchDispatchMode):
 
     def __torch_dispatch__(self, func: Any, types: Any, args: tuple[Any, ...] = (), kwargs: dict | None = None) -> Any:
         kwargs = kwargs or {}
+        if torch._C._current_graph_task_id() >= 0:  # autograd inside of the module: gradients are not followed
+            return func(*args, **kwargs)
         flat = [v for a in (*args, *kwargs.values()) for v in (a if isinstance(a, list | tuple) else (a,))]
         maps = [v for v in flat if self._is_map(v)]
         if not maps:
@@ -236,78 +237,54 @@ class _Probe(TorchDispatchMode):
         return self.writer.result([(value, m[0]) for value, m in terms], float(bias[0]))
 
 
-def to_glsl(module: Callable[[torch.Tensor], torch.Tensor], neurons: int = FromTorch.neurons) -> tuple[str, int]:
-    """(GLSL, number of weights) of a module that maps (N, 3) to (N,) or (N, 1); `neurons` is a limit on all layers' together.
+def to_glsl(function: Function, neurons: int = FromTorch.neurons, column: int | None = None) -> tuple[str, int]:
+    """(GLSL, number of weights) of a module that maps (N, 3) to one distance; `neurons` is a limit on all layers' together.
 
     Raises NotGlsl where an operation is neither affine nor one that GLSL has, and for whatever the module raises.
     """
     # In doubles the maps are exact to well beyond a float; constants that are no parameters may insist on floats
-    double = copy.deepcopy(module).cpu().double().eval() if isinstance(module, torch.nn.Module) else module
-    for given, kind in ((double, torch.float64), (module, torch.float32)):
+    reasons = []
+    for kind, gradients in ((torch.float64, False), (torch.float32, False), (torch.float64, True)):
+        if gradients and "grad" not in reasons[0]:
+            break
         writer = Writer()
         probe = _Probe(1 + 3 + neurons, kind, writer, writer.point(np.zeros(3), 1.0))
         start = probe.start()
         try:
-            with torch.no_grad(), probe:
-                out = given(start)
+            call = in_type(function, kind)
+            with torch.set_grad_enabled(gradients), probe:
+                out = one_distance(call(start), probe.rows, column, "module")
             text = probe.result(out)
             return f"// A torch network of {writer.weights} weights, by sdfprt.Scene.from_torch\n{text}", writer.weights
-        except SdfprtError:
+        except NotGlsl:
             raise
         except Exception as error:
-            reason = f"{type(error).__name__}: {str(error).splitlines()[0] if str(error) else ''}"
-    raise NotGlsl(reason)
-
-
-def evaluator(module: Callable[[torch.Tensor], torch.Tensor], name: str) -> Callable[[ndarray], ndarray]:
-    """The module as a function (N, 3) float32 -> (N,) of arrays, in batches. Raises SdfprtError where it is no distance."""
-    device = next((p.device for p in module.parameters()), None) if isinstance(module, torch.nn.Module) else None
-
-    def distance(points: ndarray) -> ndarray:
-        out = np.empty(len(points), np.float32)
-        for first in range(0, len(points), _BATCH):
-            part = points[first : first + _BATCH]
-            try:
-                with torch.no_grad():
-                    found = module(torch.from_numpy(np.ascontiguousarray(part)).to(device))
-            except Exception as error:
-                raise SdfprtError(f"{name}: the module fails on points (N, 3) float32: {error}") from error
-            shape = tuple(found.shape) if isinstance(found, torch.Tensor) else type(found).__name__
-            if shape not in ((len(part),), (len(part), 1)):
-                raise SdfprtError(f"{name}: the module returns {shape} for {len(part)} points; it must return (N,) or (N, 1)")
-            out[first : first + _BATCH] = found.detach().cpu().float().reshape(-1).numpy()
-        return out
-
-    return distance
+            reasons.append(f"{type(error).__name__}: {str(error).splitlines()[0] if str(error) else ''}")
+    raise NotGlsl(reasons[0])
 
 
 def read_module(
-    module: Callable[[torch.Tensor], torch.Tensor],
+    function: Function,
     bounds: Box,
     name: str = "module",
     resolution: int = GridFit.resolution,
     weights: int = FromTorch.weights,
+    column: int | None = None,
 ) -> dict[str, Any]:
     """The arguments of a Scene of the module; see Scene.from_torch."""
-    training = isinstance(module, torch.nn.Module) and module.training
-    if isinstance(module, torch.nn.Module):
-        module.eval()
-    try:
-        return _read(module, bounds, name, resolution, weights)
-    finally:
-        if isinstance(module, torch.nn.Module):
-            module.train(training)
+    function = getattr(function, "_orig_mod", function)  # what torch.compile made it of
+    with evaluating(function):
+        return _read(function, bounds, name, resolution, weights, column)
 
 
-def _read(module: Callable[[torch.Tensor], torch.Tensor], bounds: Box, name: str, resolution: int, weights: int) -> dict[str, Any]:
-    distance = evaluator(module, name)
+def _read(function: Function, bounds: Box, name: str, resolution: int, weights: int, column: int | None) -> dict[str, Any]:
+    distance = evaluator(function, name, column)
     points = np.random.default_rng(0).uniform(bounds[0], bounds[1], (FromTorch.samples, 3)).astype(np.float32)
     truth = distance(points)
-    if not np.isfinite(truth).all():
-        raise SdfprtError(f"{name}: the module is not finite at {int((~np.isfinite(truth)).sum())} of {len(truth)} points")
+    check_distance(distance, bounds, points, truth, name)
     tolerance = FromTorch.tolerance * max(1.0, float(np.abs(truth).max()))
     try:
-        glsl, size = to_glsl(module)
+        glsl, size = to_glsl(function, column=column)
         if size > weights:
             raise NotGlsl(f"{size} weights, more than the {weights} that OpenGL compiles in sensible time")
         compiled = Compiled(glsl, file=f"{name}.glsl")
@@ -323,7 +300,7 @@ def _read(module: Callable[[torch.Tensor], torch.Tensor], bounds: Box, name: str
             f"{name}: not GLSL but a grid of {resolution} samples along the longest side ({reason}); "
             f"mean |error| {errors.mean():.2%} of the diagonal, near the surface {near.mean():.2%}, at most {errors.max():.2%}"
         )
-        warnings.warn(note, stacklevel=4)
+        warnings.warn(note, stacklevel=5)
         own = {"title": f"{name}, sampled on a grid", "textures": textures, "notes": (note,)}
     else:
         own = {"file": f"{name}.glsl"}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from sdfprt.core.arguments import checked
 from sdfprt.core.cache import ASSETS, cache_folder, regular_file
 from sdfprt.core.errors import SdfprtError
 from sdfprt.mesh.scene import MeshScene
@@ -32,11 +33,13 @@ class Asset:
             kind = "mesh" if isinstance(scene, MeshScene) else "SDF"
             raise SdfprtError(f"{where}: baked for another {kind} than {scene.file} (or for an earlier one); bake it again")
 
+    @checked()
     def save(self, path: str | Path) -> None:
         """Write a safetensors file, whole or not at all."""
         self.net.save(path, scene_hash=self.scene_hash)
 
     @classmethod
+    @checked()
     def load(cls, path: str | Path, scene: AnyScene | None = None) -> Asset:
         """Read a file of `save`; with `scene`, check that it belongs to it. Raises SdfprtError for any other file."""
         net, meta = read(path)

@@ -10,14 +10,29 @@ from sdfprt.baking.asset import Asset, cached_path, find_asset
 from sdfprt.baking.search import Fitted
 from sdfprt.baking.stages import Part, Samples, Size
 from sdfprt.core import settings
+from sdfprt.core.arguments import checked
 from sdfprt.core.cache import WORK, cache_folder, trim_work
 from sdfprt.core.errors import SdfprtError
+from sdfprt.core.limits import check_memory
 from sdfprt.mesh.scene import MeshScene
+from sdfprt.network.fit import fit_bytes
+from sdfprt.network.stored import LAYERS, WIDTHS
 from sdfprt.sdf.kinds import AnyScene
+from sdfprt.transfer.compute import MAX_BANDS, MAX_RAYS
 
 KEEP = 24  # working files that stay when a bake ends
 
 
+@checked(
+    width=WIDTHS,
+    layers=LAYERS,
+    bands=(1, MAX_BANDS),
+    points=(100, None),
+    rays=(1, MAX_RAYS),
+    steps=(1, None),
+    seed=(0, None),
+    target_psnr=(0, 200),
+)
 def bake(
     scene: AnyScene,
     width: int = settings.Network.width,
@@ -44,8 +59,7 @@ def bake(
     resolution = settings.Surface.resolution
     if preview:
         points, rays, steps, resolution = 30_000, 64, 800, 128
-    if points < 100 or rays < 1 or steps < 1:
-        raise SdfprtError(f"bake: points {points}, rays {rays}, steps {steps}; give at least 100, 1 and 1")
+    check_memory(f"bake: {points:,} points with {bands} bands", points * (fit_bytes(bands) + 24.0))
 
     # What is there already
     recipe = (layers, bands, points, rays, steps, seed, target_psnr)

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from sdfprt.core.errors import SdfprtError
-from sdfprt.csg.tree import Shape2, Vector, leaf, number, vector
+from sdfprt.csg.tree import Shape2, Vector, checked_sizes, leaf, number, vector
 
 
 def _flat(expression: str, low: Vector, high: Vector) -> Shape2:
@@ -227,3 +227,6 @@ def ellipse(size: Vector = (1.0, 0.6)) -> Shape2:
     """A bound, not exact: an ellipse of width and height `size`."""
     half = np.asarray(size, float) / 2
     return leaf(Shape2, "flat", "sdEllipse2", (half,), -half, half)
+
+
+checked_sizes(globals(), signed=("cut_sphere", "cut_disk"))

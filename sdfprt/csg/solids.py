@@ -9,7 +9,7 @@ import numpy as np
 
 from sdfprt.core.errors import SdfprtError
 from sdfprt.csg import shapes
-from sdfprt.csg.tree import Solid, Vector, leaf, number, vector
+from sdfprt.csg.tree import Solid, Vector, checked_sizes, leaf, number, vector
 
 
 def _solid(expression: str, low: Vector, high: Vector) -> Solid:
@@ -158,6 +158,8 @@ def plane(normal: Vector = (0, 1, 0), offset: float = 0.0) -> Solid:
 
 def slab(axis: str = "y", thickness: float = 0.2) -> Solid:
     """All points within half of `thickness` of a plane; infinite."""
+    if axis not in ("x", "y", "z"):
+        raise SdfprtError(f"csg: slab: axis is {axis!r}; expected x, y or z")
     half = thickness / 2
     high = np.where(np.array(list("xyz")) == axis, half, np.inf)
     return _solid(f"(abs({{p}}.{axis}) - {number(half)})", -high, high)
@@ -251,3 +253,6 @@ def pyramid(base: float = 0.8, height: float = 0.7) -> Solid:
     side = f"dot(vec2(max(abs({{p}}.x), abs({{p}}.z)) - {number(base / 2)}, {{p}}.y), {vector(slope)})"
     half = base / 2
     return _solid(f"max({side}, -{{p}}.y)", (-half, 0, -half), (half, height, half))
+
+
+checked_sizes(globals(), signed=("cut_sphere", "cut_disk"))

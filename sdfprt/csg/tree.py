@@ -7,12 +7,14 @@ A point's name goes in, an expression for the distance comes out; what needs sev
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from sdfprt.core.arguments import checked
 from sdfprt.core.errors import SdfprtError
 from sdfprt.glsl import text
 from sdfprt.sdf.scene import Scene
@@ -33,6 +35,23 @@ def vector(values: Vector) -> str:
     """A GLSL vec2, vec3 or vec4 literal."""
     parts = [number(v) for v in values]
     return f"vec{len(parts)}({', '.join(parts)})"
+
+
+_SIZES = set("radius tube length size thickness edge top bottom width inner depth height base".split())
+
+
+def checked_sizes(functions: dict[str, Any], signed: Sequence[str] = ()) -> None:
+    """Put checks around the public functions in a module's globals: no size is negative, but for those of `signed` functions."""
+    for name, function in list(functions.items()):
+        if not inspect.isfunction(function) or function.__module__ != functions["__name__"] or name.startswith("_"):
+            continue
+        ranges = {}
+        for parameter in inspect.signature(function).parameters.values():
+            if parameter.annotation is int:
+                ranges[parameter.name] = (2, 10_000)
+            elif parameter.name in _SIZES and name not in signed:
+                ranges[parameter.name] = (0, 1e9)
+        functions[name] = checked(**ranges)(function)
 
 
 def _triple(value: float | Vector) -> np.ndarray:

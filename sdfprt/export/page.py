@@ -14,11 +14,13 @@ from numpy import ndarray
 
 from sdfprt.baking.asset import Asset
 from sdfprt.core import pages, settings
+from sdfprt.core.arguments import checked
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.resources import folder
 from sdfprt.glsl.compile import check_es
 from sdfprt.glsl.text import number
 from sdfprt.imaging.camera import Camera
+from sdfprt.imaging.shot import SAMPLES, SIZES
 from sdfprt.light.light import Light, lights
 from sdfprt.material import shading
 from sdfprt.material.lobes import DiffusePhong, Material, parts
@@ -54,6 +56,7 @@ _TOY_INPUTS = (
 _MAP = 512  # texels a row of a light behind the page's scene, at most
 
 
+@checked(yaw=(-1e6, 1e6), size=SIZES, samples=SAMPLES, exposure=(1e-6, 1e6))
 def export_html(
     scene: Scene,
     asset: Asset | TransferNet,
@@ -112,6 +115,7 @@ def export_html(
     return pages.page(scene.title or scene.name, body, {}, style, script, data)
 
 
+@checked(samples=SAMPLES, exposure=(1e-6, 1e6))
 def export_shadertoy(
     scene: Scene,
     asset: Asset | TransferNet,

@@ -7,6 +7,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from sdfprt.core import settings
+from sdfprt.core.arguments import check_fields, checked
 from sdfprt.core.errors import SdfprtError
 
 Vector = tuple[float, float, float]
@@ -24,12 +25,14 @@ class Camera:
     fov: float = settings.Camera.fov
 
     def __post_init__(self) -> None:
+        check_fields(self, eye=(-1e12, 1e12), target=(-1e12, 1e12))
         if not 0 < self.fov < 180:
             raise SdfprtError(f"camera: the field of view {self.fov} must lie between 0 and 180 degrees")
         if np.linalg.norm(np.cross(np.subtract(self.target, self.eye), self.up)) < 1e-9:
             raise SdfprtError("camera: eye and target coincide, or the view is along `up`")
 
     @classmethod
+    @checked()
     def framing(
         cls,
         bounds: tuple[Vector, Vector],
@@ -73,12 +76,14 @@ class Camera:
         """Rows: right and up as far as the edges of the image plane at distance 1, and forward; `aspect` is width / height."""
         return self.axes * np.array([[self.half_height * aspect], [self.half_height], [1.0]])
 
+    @checked()
     def turned(self, radians: float) -> "Camera":
         """Moved about the target's vertical."""
         x, y, z = np.subtract(self.eye, self.target)
         c, s = np.cos(radians), np.sin(radians)
         return replace(self, eye=tuple(np.add(self.target, (c * x + s * z, y, c * z - s * x)).tolist()))
 
+    @checked(size=(1, 1 << 20), samples=(1, 256))
     def rays(self, size: tuple[int, int], samples: int = 1) -> tuple[Float[ndarray, "3"], Float[ndarray, "h w 3"]]:
         """Origin and unit directions through the centres of samples x samples cells of each pixel; size is (W, H)."""
         width, height = size[0] * samples, size[1] * samples

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
+from sdfprt.core.arguments import checked
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
 from sdfprt.imaging import tone
@@ -13,6 +14,7 @@ from sdfprt.imaging import tone
 
 def _check(a: ndarray, b: ndarray, mask: ndarray | None) -> tuple[ndarray, ndarray]:
     a, b = np.asarray(a), np.asarray(b)
+    mask = None if mask is None else np.asarray(mask)
     if a.shape != b.shape or a.ndim != 3 or a.shape[2] != 3:
         raise SdfprtError(f"compare: shapes {a.shape} and {b.shape}; both must be the same (H, W, 3)")
     if a.dtype.kind not in "f" or b.dtype.kind not in "f":
@@ -35,6 +37,8 @@ def compare(
     which one highlight may set; `robust_peak` gives one that people look at. Raises SdfprtError for shapes that differ.
     """
     x, y = _check(a, b, mask)
+    if peak is not None and not (isinstance(peak, (int, float, np.number)) and 0 < peak < np.inf):
+        raise SdfprtError(f"compare: peak {peak!r}: expected a number above 0")
     finite = np.asarray(np.isfinite(x).all(axis=2) & np.isfinite(y).all(axis=2))
     x, y = (np.where(finite[..., None], v, 0.0) for v in (x, y))
     if tone_mapped:
@@ -71,6 +75,7 @@ def _ssim(x: ndarray, y: ndarray, use: ndarray, peak: float) -> float:
     return float(np.mean(full[use]))
 
 
+@checked(finite=False)
 def flip_map(a: ndarray, b: ndarray) -> Float[ndarray, "h w"]:
     """FLIP per pixel (Andersson et al. 2020) after the sRGB curve; `b` is the reference, values clipped to [0, 1]."""
     import flip_evaluator
@@ -80,6 +85,7 @@ def flip_map(a: ndarray, b: ndarray) -> Float[ndarray, "h w"]:
     return np.asarray(error).reshape(a.shape[:2])
 
 
+@checked(finite=False)
 def write_heatmap(
     path: str | Path, a: Float[ndarray, "h w 3"], b: Float[ndarray, "h w 3"], mask: Bool[ndarray, "h w"] | None = None
 ) -> None:

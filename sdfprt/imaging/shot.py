@@ -13,12 +13,15 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from sdfprt.core import settings
+from sdfprt.core.arguments import check_fields
 from sdfprt.core.errors import SdfprtError
+from sdfprt.core.limits import check_memory
 from sdfprt.imaging.camera import Camera
 from sdfprt.material.lobes import Material
 from sdfprt.maths import sh
 
 PRODUCTS = ("tpfl", "tp")
+SIZES, SAMPLES = (1, 1 << 20), (1, 64)  # lowest and highest of pixels along a side, and of samples along a pixel's
 
 
 @dataclass(frozen=True)
@@ -54,8 +57,8 @@ class Shot:
     lighting: Lighting = field(default_factory=Lighting)
 
     def __post_init__(self) -> None:
-        if len(self.size) != 2 or min(self.size) < 1 or self.samples < 1:
-            raise SdfprtError(f"a picture of {self.size} pixels and {self.samples} samples: give at least 1 of each")
+        check_fields(self, size=SIZES, samples=SAMPLES)
+        check_memory(f"a picture of {self.size[0]} x {self.size[1]} pixels", 64.0 * self.size[0] * self.size[1])
 
     @property
     def fine(self) -> tuple[int, int]:

@@ -11,10 +11,12 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from sdfprt.core.arguments import checked
 from sdfprt.core.errors import SdfprtError
 from sdfprt.imaging import image
 from sdfprt.light import probes, sky
 from sdfprt.maths import sh, sphere
+from sdfprt.maths.sh import MAX_BANDS
 
 _CHUNK = 1 << 20  # texels at once
 _FINE = 64  # rows from which a map's texels are fine enough for its coefficients
@@ -46,6 +48,8 @@ class Light:
 
     def __post_init__(self) -> None:
         pixels, rotation = np.asarray(self.pixels), np.asarray(self.rotation)
+        if rotation.dtype.kind not in "fiu" or not isinstance(self.name, str):
+            raise SdfprtError("light: its name is a text and its rotation an array (3, 3) of numbers")
         if pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.dtype.kind != "f":
             raise SdfprtError(f"light {self.name}: pixels are {pixels.dtype} {pixels.shape}; a map is float (H, W, 3)")
         if not pixels.size:
@@ -57,6 +61,7 @@ class Light:
             raise SdfprtError(f"light {self.name}: rotation is no orthogonal 3x3 matrix")
 
     @classmethod
+    @checked()
     def load(cls, source: str | Path, layout: str = "auto") -> Light:
         """A library light by name, or an .exr, .hdr, .png or .jpg file.
 
@@ -86,6 +91,7 @@ class Light:
         pixels, notes = probes.to_latlong(rgb, picture.alpha, picture.envmap, layout, path)
         return cls(pixels, path.stem, warnings=(*warnings, *notes))
 
+    @checked()
     def rotated(self, yaw: float = 0.0, rotation: Float[ndarray, "3 3"] | None = None) -> Light:
         """Turned by `yaw` degrees about +y, right-handed, or by any rotation; on top of what it was turned before."""
         t = np.radians(yaw)
@@ -93,6 +99,7 @@ class Light:
         matrix = turn if rotation is None else np.asarray(rotation, float)
         return replace(self, rotation=matrix @ self.rotation)
 
+    @checked(bands=(1, 2 * MAX_BANDS))
     def sh(self, bands: int) -> Float[ndarray, "k 3"]:
         """Coefficients, k = bands**2; the map is projected once, then coefficients are rotated."""
         if bands not in self._projected:
@@ -101,14 +108,17 @@ class Light:
             return self._projected[bands].copy()
         return sh.rotation(self.rotation, bands) @ self._projected[bands]
 
+    @checked(bands=(1, 2 * MAX_BANDS))
     def sh_dered(self, bands: int) -> tuple[Float[ndarray, "k 3"], float]:
         """Coefficients windowed until nowhere negative, and the window's strength (Sloan 2017); for pictures."""
         return sh.dering(self.sh(bands))
 
+    @checked()
     def radiance(self, directions: Float[ndarray, "*n 3"]) -> Float[ndarray, "*n 3"]:
         """From world directions, bilinear."""
         return sphere.latlong_lookup(self.pixels, np.asarray(directions) @ self.rotation)
 
+    @checked(bands=(1, 2 * MAX_BANDS), height=(1, 8192))
     def band_limited(self, bands: int, height: int = 256) -> Light:
         """The n-band reconstruction as a map, raised by a constant where it dips below zero: under it SH is exact."""
         directions = sphere.latlong_directions(height, 2 * height)

@@ -7,6 +7,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from sdfprt.core import settings
+from sdfprt.core.arguments import check_fields, checked
 from sdfprt.core.errors import SdfprtError
 from sdfprt.maths import sh
 
@@ -18,6 +19,9 @@ class Diffuse:
     """Lambertian: albedo / pi."""
 
     albedo: Colour = settings.Material.albedo
+
+    def __post_init__(self) -> None:
+        check_fields(self, albedo=(0, 1e6))
 
     @property
     def lobes(self) -> tuple["Diffuse | Phong", ...]:
@@ -36,8 +40,7 @@ class Phong:
     specular: Colour = settings.Material.specular
 
     def __post_init__(self) -> None:
-        if not 0 <= self.exponent <= 10_000:
-            raise SdfprtError(f"Phong exponent {self.exponent}: give a number from 0 to 10000")
+        check_fields(self, exponent=(0, 10_000), specular=(0, 1e6))
 
     @property
     def lobes(self) -> tuple["Diffuse | Phong", ...]:
@@ -62,6 +65,9 @@ class DiffusePhong:
     exponent: float = settings.Material.exponent
     specular: Colour = settings.Material.specular
 
+    def __post_init__(self) -> None:
+        check_fields(self, albedo=(0, 1e6), exponent=(0, 10_000), specular=(0, 1e6))
+
     @property
     def lobes(self) -> tuple[Diffuse | Phong, ...]:
         return Diffuse(self.albedo), Phong(self.exponent, self.specular)
@@ -70,6 +76,7 @@ class DiffusePhong:
 Material = Diffuse | Phong | DiffusePhong
 
 
+@checked(albedo=(0, 1e6), specular=(0, 1e6))
 def parse(text: str, albedo: Colour | None = None, specular: Colour | None = None) -> Material:
     """`diffuse`, `phong:32` or `diffuse+phong:32` with the given colours. Raises SdfprtError for anything else."""
     parts = text.lower().replace(" ", "").split("+")

@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from sdfprt.core.arguments import checked
 from sdfprt.core.errors import SdfprtError
 from sdfprt.maths import sphere
 
@@ -23,6 +24,7 @@ def module_of(values: Any) -> Any:
     return sys.modules["torch"] if type(values).__module__.partition(".")[0] == "torch" else np
 
 
+@checked(bands=(1, 2 * MAX_BANDS))
 def basis(d: Float[Any, "*n 3"], bands: int) -> Float[Any, "*n k"]:
     """All k = bands**2 basis functions at unit directions, by the recurrence in l of each order m; for a tensor a tensor."""
     if not 1 <= bands <= 2 * MAX_BANDS:
@@ -50,6 +52,7 @@ def basis(d: Float[Any, "*n 3"], bands: int) -> Float[Any, "*n k"]:
     return xp.stack(out, -1)
 
 
+@checked(bands=(1, 2 * MAX_BANDS))
 def project(latlong: Float[ndarray, "h w c"], bands: int) -> Float[ndarray, "k c"]:
     """Coefficients of a lat-long map, each texel weighed by its exact solid angle.
 
@@ -90,6 +93,7 @@ def quadrature(degree: int) -> tuple[ndarray, ndarray]:
     return directions, np.repeat(weights * 2 * pi / around, around)
 
 
+@checked(bands=(1, 2 * MAX_BANDS))
 def rotation(R: Float[ndarray, "3 3"], bands: int) -> Float[ndarray, "k k"]:
     """Matrix M with (M c) the coefficients of f(R^-1 w), f with coefficients c; R any orthogonal matrix.
 
@@ -105,6 +109,7 @@ def rotation(R: Float[ndarray, "3 3"], bands: int) -> Float[ndarray, "k k"]:
     return np.where(degree[:, None] == degree[None, :], full, 0.0)
 
 
+@checked(bi=(1, MAX_BANDS), bj=(1, MAX_BANDS), bk=(1, MAX_BANDS))
 @functools.cache
 def triple_product(bi: int, bj: int, bk: int) -> Float[ndarray, "i j k"]:
     """tau_ijk, the integral of y_i y_j y_k, by exact quadrature; bands chosen independently."""
@@ -115,11 +120,13 @@ def triple_product(bi: int, bj: int, bk: int) -> Float[ndarray, "i j k"]:
     return tau
 
 
+@checked(bands=(1, 2 * MAX_BANDS))
 def cosine_zonal(bands: int) -> Float[ndarray, "n"]:
     """f_l of the clamped cosine: the integral of max(cos, 0) y_l0 (Ramamoorthi and Hanrahan 2001)."""
     return _zonal(lambda z: z, bands)
 
 
+@checked(exponent=(0, 1e6), bands=(1, 2 * MAX_BANDS))
 def power_zonal(exponent: float, bands: int) -> Float[ndarray, "n"]:
     """f_l of (s+2)/(2 pi) cos^s on the upper half, s = exponent."""
     return _zonal(lambda z: (exponent + 2) / (2 * pi) * z**exponent, bands, nodes=int(64 + exponent))
@@ -137,11 +144,13 @@ def _zonal(f, bands: int, nodes: int = 64) -> ndarray:
     )
 
 
+@checked(bands=(1, 2 * MAX_BANDS))
 def band_of(bands: int) -> ndarray:
     """Band l of each coefficient."""
     return np.repeat(np.arange(bands), 2 * np.arange(bands) + 1)
 
 
+@checked()
 def dering(coefficients: Float[ndarray, "k c"]) -> tuple[Float[ndarray, "k c"], float]:
     """Window the bands until the reconstruction is nowhere negative (Sloan 2017, "Deringing Spherical Harmonics").
 
@@ -149,6 +158,8 @@ def dering(coefficients: Float[ndarray, "k c"]) -> tuple[Float[ndarray, "k c"], 
     coefficients and s, 0 where none is needed.
     """
     bands = round(len(coefficients) ** 0.5)
+    if not 1 <= bands <= 2 * MAX_BANDS or bands**2 != len(coefficients):
+        raise SdfprtError(f"dering: {len(coefficients)} coefficients; n bands have n * n of them, 1 to {2 * MAX_BANDS} bands")
     if bands == 1:
         return coefficients, 0.0
     n = band_of(bands).astype(float)

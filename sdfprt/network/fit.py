@@ -21,11 +21,14 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
 
 from sdfprt.core import progress
+from sdfprt.core.arguments import checked
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
+from sdfprt.core.limits import check_memory
 from sdfprt.core.settings import Fit, Network
 from sdfprt.network.mlp import TransferNet, encode
 from sdfprt.network.optimizer import Descent, descend, matrices
+from sdfprt.network.stored import LAYERS, OCTAVES, WIDTHS
 
 Samples = tuple[ndarray, ndarray, ndarray]
 _HELD_OUT = 20  # one sample of so many is for validation, where none are given
@@ -37,6 +40,18 @@ _MOMENTUM = 0.95
 _BETAS = (0.9, 0.99)
 
 
+@checked(
+    width=WIDTHS,
+    layers=LAYERS,
+    position_frequencies=OCTAVES,
+    normal_frequencies=OCTAVES,
+    extent=(1e-12, 1e12),
+    steps=(1, None),
+    batch=(1, None),
+    rate=(1e-9, 100),
+    seed=(0, None),
+    target_psnr=(0, 200),
+)
 def fit_transfer(
     points: Float[ndarray, "n 3"],
     normals: Float[ndarray, "n 3"],
@@ -65,7 +80,10 @@ def fit_transfer(
     `checkpoint` names a file that is written every few seconds; where it exists, training goes on from it to the result
     that an undisturbed run would have had. Raises SdfprtError for samples that do not fit together or are not finite.
     """
-    bands = _check(points, normals, transfer, width, layers)
+    bands = _check(points, normals, transfer)
+    check_memory(
+        f"fit_transfer: {len(points):,} samples", len(points) * fit_bytes(bands, position_frequencies + normal_frequencies)
+    )
     device = device or ("cuda" if torch.cuda.is_available() else "cpu")
     if center is None or extent is None:
         low, high = points.min(0), points.max(0)
@@ -128,13 +146,18 @@ def fit_transfer(
     return replace(net, info=about)
 
 
+def fit_bytes(bands: int, octaves: int = Network.position_frequencies + Network.normal_frequencies) -> float:
+    """Memory that a sample takes while it is fitted to: features and targets, and what they are made of."""
+    return 4.0 * (2 * (6 + 6 * octaves) + 4 * bands**2 + 24)
+
+
 def measure(net: TransferNet, points: ndarray, normals: ndarray, transfer: ndarray) -> dict[str, float]:
     """RMSE of the network over all coefficients, and its PSNR in dB with the largest T_0 as peak."""
     rmse = float(np.sqrt(np.mean((net.predict(points, normals) - transfer) ** 2)))
     return {"validation_rmse": rmse, "validation_psnr": 20 * math.log10(float(transfer[:, 0].max()) / max(rmse, 1e-12))}
 
 
-def _check(points: ndarray, normals: ndarray, transfer: ndarray, width: int, layers: int) -> int:
+def _check(points: ndarray, normals: ndarray, transfer: ndarray) -> int:
     """Bands of samples that belong together."""
     bands = math.isqrt(transfer.shape[-1])
     if points.shape != normals.shape or len(points) != len(transfer) or bands**2 != transfer.shape[-1]:
@@ -142,8 +165,6 @@ def _check(points: ndarray, normals: ndarray, transfer: ndarray, width: int, lay
         raise SdfprtError(f"fit_transfer: {shapes}; expected (N, 3), (N, 3), (N, bands**2)")
     if len(points) < 2 * _HELD_OUT:
         raise SdfprtError(f"fit_transfer: {len(points)} samples are too few; give at least {2 * _HELD_OUT}")
-    if width < 4 or layers < 2:
-        raise SdfprtError(f"fit_transfer: width {width} and layers {layers}; give at least 4 and 2")
     if not all(np.isfinite(a).all() for a in (points, normals, transfer)):
         raise SdfprtError("fit_transfer: points, normals or transfer hold NaN or Inf")
     return bands

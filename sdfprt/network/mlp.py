@@ -18,6 +18,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from sdfprt.core.arguments import checked
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
 from sdfprt.maths.sh import module_of
@@ -91,6 +92,7 @@ class TransferNet:
             h.update(w.tobytes() + b.tobytes())
         return h.hexdigest()[:16]
 
+    @checked(finite=False)
     def predict(self, points: Float[ndarray, "n 3"], normals: Float[ndarray, "n 3"]) -> Float[ndarray, "n k"]:
         """Transfer at surface points with unit normals, in batches that stay in cache."""
         out = np.empty((len(points), len(self.scale)), np.float32)
@@ -119,6 +121,7 @@ class TransferNet:
             "info": self.info,
         }
 
+    @checked()
     def save(self, path: str | Path, **metadata) -> None:
         """Write a safetensors file, whole or not at all; `metadata` is added to the JSON in its header."""
         from safetensors.numpy import save_file

@@ -14,10 +14,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 FORMAT = "sdfprt-transfer-1"
 MAX_BYTES = 256 << 20  # of a file: ten times the largest network that a bake makes
-_MAX_WIDTH, _MAX_LAYERS, _MAX_OCTAVES, _MAX_BANDS = 4096, 32, 20, 8
+WIDTHS, LAYERS, OCTAVES, BANDS = (4, 1024), (2, 32), (0, 20), (1, 8)  # lowest and highest of what is fitted
 
 Coordinate = Annotated[float, Field(ge=-1e12, le=1e12)]
-Octaves = Annotated[int, Field(ge=0, le=_MAX_OCTAVES)]
+Octaves = Annotated[int, Field(ge=OCTAVES[0], le=OCTAVES[1])]
 
 
 class _Strict(BaseModel):
@@ -61,7 +61,7 @@ class Header(_Strict):
     extent: Annotated[float, Field(ge=1e-12, le=1e12)]
     position_frequencies: Octaves
     normal_frequencies: Octaves
-    bands: Annotated[int, Field(ge=1, le=_MAX_BANDS)]
+    bands: Annotated[int, Field(ge=BANDS[0], le=BANDS[1])]
     info: Info = Info()
     scene_hash: str = ""
     checksum: str = ""  # of the tensors; files of earlier versions have none
@@ -85,16 +85,16 @@ def parse_header(text: str) -> Header:
 def check_tensors(tensors: Mapping[str, ndarray], header: Header) -> int:
     """The number of layers. Raises ValueError for tensors that do not fit together, are not finite or have another checksum."""
     layers = sum(name.startswith("weight") for name in tensors)
-    if not 2 <= layers <= _MAX_LAYERS:
-        raise ValueError(f"{layers} layers; a network has 2 to {_MAX_LAYERS}")
+    if not LAYERS[0] <= layers <= LAYERS[1]:
+        raise ValueError(f"{layers} layers; a network has {LAYERS[0]} to {LAYERS[1]}")
     expected = {f"{kind}{k}" for kind in ("weight", "bias") for k in range(layers)} | {"scale"}
     if tensors.keys() != expected:
         raise ValueError(f"tensors {', '.join(sorted(tensors.keys() ^ expected))} are missing or too many")
 
     first = tensors["weight0"]
     width = first.shape[0] if first.ndim == 2 else 0
-    if not 1 <= width <= _MAX_WIDTH:
-        raise ValueError(f"weight0 has the shape {first.shape}; layers have 1 to {_MAX_WIDTH} neurons")
+    if not 1 <= width <= WIDTHS[1]:
+        raise ValueError(f"weight0 has the shape {first.shape}; layers have 1 to {WIDTHS[1]} neurons")
     outputs = header.bands**2
     sizes = [header.inputs, *[width] * (layers - 1), outputs]
     shapes = {"scale": (outputs,)}

@@ -17,12 +17,13 @@ from numpy import ndarray
 
 from sdfprt.baking.asset import Asset
 from sdfprt.core import kernels, settings
+from sdfprt.core.arguments import checked
 from sdfprt.core.cache import cache_folder
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
 from sdfprt.core.opengl import driver
 from sdfprt.imaging.camera import Camera
-from sdfprt.imaging.shot import Frame, compose
+from sdfprt.imaging.shot import SAMPLES, SIZES, Frame, compose
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, Material
 from sdfprt.network.mlp import TransferNet
@@ -129,6 +130,7 @@ def choose(
     return min(found, key=lambda name: found[name][0] + found[name][1] * rays)
 
 
+@checked(size=SIZES, samples=SAMPLES)
 def frame(
     scene: AnyScene,
     asset: Asset | TransferNet,
@@ -157,6 +159,7 @@ def frame(
     return torch_backend.draw(scene, net, light, shot, backend)
 
 
+@checked(size=SIZES, samples=SAMPLES)
 def render(
     scene: AnyScene,
     asset: Asset | TransferNet,

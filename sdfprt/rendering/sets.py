@@ -21,17 +21,19 @@ from sdfprt.baking import cluster as workers
 from sdfprt.baking.asset import Asset
 from sdfprt.baking.sdf import bake
 from sdfprt.core import settings
+from sdfprt.core.arguments import checked
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
 from sdfprt.core.progress import track
 from sdfprt.imaging import image
 from sdfprt.imaging.camera import Camera, trajectory
-from sdfprt.imaging.shot import Shot, compose
+from sdfprt.imaging.shot import SAMPLES, SIZES, Shot, compose
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Material, parts
 from sdfprt.material.lobes import name as material_name
 from sdfprt.material.lobes import parse as parse_material
 from sdfprt.network.mlp import TransferNet
+from sdfprt.network.stored import WIDTHS
 from sdfprt.rendering.frame import draw as draw_frame
 from sdfprt.sdf.kinds import AnyScene
 from sdfprt.sdf.scene import Scene
@@ -59,6 +61,7 @@ class Job:
         return self.kind == "png"
 
 
+@checked(views=(1, 100_000), yaws=(-1e6, 1e6), size=SIZES, samples=SAMPLES, exposure=(1e-6, 1e6), width=WIDTHS)
 def render_set(
     scenes: Sequence[str | Path | AnyScene],
     folder: str | Path,

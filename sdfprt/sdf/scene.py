@@ -19,6 +19,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from sdfprt.core.arguments import check_fields, checked
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.settings import FromTorch, GridFit
 from sdfprt.glsl.parts import Parts, check_parts
@@ -60,9 +61,13 @@ class Scene:
     compiled: Compiled = None  # type: ignore[assignment]  # carried along by `replace`, made anew where the text's part changed
 
     def __post_init__(self) -> None:
-        low, high = np.asarray(self.bounds, float)
-        if not (np.isfinite([low, high]).all() and (high > low).all()):
+        try:
+            low, high = np.asarray(self.bounds, float).reshape(2, 3)
+        except (TypeError, ValueError):
+            low, high = np.zeros(3), np.zeros(3)
+        if not ((np.abs([low, high]) <= 1e12).all() and (high > low).all()):
             raise SdfprtError(f"{self.file}: bounds {self.bounds} are no box; give ((x0,y0,z0),(x1,y1,z1)) with x0 < x1")
+        check_fields(self)
         if not 0 < self.step <= 1:
             raise SdfprtError(f"{self.file}: step {self.step} must be above 0 and at most 1")
         if self.up not in ("y", "z"):
@@ -82,6 +87,7 @@ class Scene:
         return f"Scene({self.name!r}, bounds={self.bounds}, step={self.step:g}, {len(self.glsl)} characters of {self.file})"
 
     @classmethod
+    @checked()
     def load(
         cls,
         source: str | Path,
@@ -146,6 +152,7 @@ class Scene:
         return replace(made, camera=replace(made.camera, **camera), **own)
 
     @classmethod
+    @checked(resolution=(4, 2048), max_weights=(1, 10_000_000))
     def from_torch(
         cls,
         module: Callable,
@@ -183,6 +190,7 @@ class Scene:
         """The same scene with the step that its field needs."""
         return replace(self, step=measure.safe_step(measure.slope(self.distance, self.bounds)))
 
+    @checked()
     def save(self, folder: str | Path) -> Path:
         """Write a scene folder, sdf.glsl and scene.toml, that `Scene.load` reads as the same scene."""
         path = Path(folder)
@@ -273,14 +281,17 @@ class Scene:
         """Half of the longest side of the bounds."""
         return float(self.size.max()) / 2
 
+    @checked(finite=False)
     def distance(self, points: Float[ndarray, "n 3"]) -> Float[ndarray, "n"]:
         """Distance at each point, by the translation to Warp; scene units, negative inside."""
         return self.compiled.distance(points)
 
+    @checked(finite=False)
     def gradient(self, points: Float[ndarray, "n 3"]) -> Float[ndarray, "n 3"]:
         """Gradient of the distance by four taps at the corners of a tetrahedron."""
         return self.compiled.gradient(points, NORMAL_STEP * self.diagonal)
 
+    @checked(finite=False)
     def normal(self, points: Float[ndarray, "n 3"]) -> Float[ndarray, "n 3"]:
         """Unit gradient; (0, 1, 0) where the gradient vanishes."""
         g = self.gradient(points).astype(np.float64)

@@ -8,7 +8,9 @@ from numpy import ndarray
 from skimage.measure import marching_cubes
 
 from sdfprt.core import settings
+from sdfprt.core.arguments import checked
 from sdfprt.core.errors import SdfprtError
+from sdfprt.core.limits import check_memory
 from sdfprt.core.progress import track
 from sdfprt.sdf import measure
 from sdfprt.sdf.scene import Scene
@@ -107,14 +109,15 @@ def _no_surface(
     )
 
 
+@checked(n=(1, None), seed=(0, None), resolution=(8, 8192))
 def sample_surface(scene: Scene, n: int, seed: int = 0, resolution: int = settings.Surface.resolution) -> Surface:
     """`n` points spread evenly over the surface inside the bounds, |distance| below settings.Surface.tolerance.
 
     Triangles are chosen by area, points in them uniformly, then moved along the gradient; what does not arrive is drawn
     anew. Same seed, same points. Raises SdfprtError where there is no surface.
     """
-    if n < 1:
-        raise SdfprtError(f"sample_surface: n must be 1 or more, not {n}")
+    check_memory(f"sample_surface: {n:,} samples", 300.0 * n)
+    check_memory(f"sample_surface: a grid of {resolution} cells along a side", 120.0 * resolution**2)
     vertices, faces = mesh(scene, resolution)
     random = np.random.default_rng(seed)
     corners = vertices[faces]

@@ -7,6 +7,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from sdfprt.core import kernels, settings
+from sdfprt.core.arguments import checked
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.progress import track
 from sdfprt.maths import sh
@@ -19,7 +20,7 @@ from sdfprt.transfer.mesh import mesh_transfer
 from sdfprt.transfer.projection import LANES
 
 _CHUNK = 16_384  # points a launch
-MAX_BANDS = 8
+MAX_BANDS, MAX_RAYS = 8, 1 << 20
 GROUP = 32  # points an item, 4 where it has one lane, as SDFPRT_GROUP in kernels/packets.h
 
 
@@ -38,6 +39,7 @@ def kernel(scene: Scene) -> Any:
     )  # fmt: skip
 
 
+@checked(bands=(1, MAX_BANDS), rays=(1, MAX_RAYS), start=(0, None))
 def compute_transfer(
     scene: AnyScene,
     points: Float[ndarray, "n 3"],
@@ -60,10 +62,6 @@ def compute_transfer(
     points, normals = np.asarray(points, np.float32), np.asarray(normals, np.float32)
     if points.shape != normals.shape or points.ndim != 2 or points.shape[1] != 3:
         raise SdfprtError(f"compute_transfer: points {points.shape} and normals {normals.shape}; both must be (N, 3)")
-    if not 1 <= bands <= MAX_BANDS:
-        raise SdfprtError(f"compute_transfer: bands must be 1 to {MAX_BANDS}, not {bands}")
-    if rays < 1:
-        raise SdfprtError(f"compute_transfer: rays must be 1 or more, not {rays}")
     if not (np.isfinite(points).all() and np.isfinite(normals).all()):
         raise SdfprtError(f"{scene.file}: points or normals are not finite")
     if isinstance(scene, MeshScene):

@@ -5,6 +5,7 @@ spread gives each pixel's standard error. Passes add up, may be stopped after an
 """
 
 import hashlib
+import math
 import time
 import zipfile
 from dataclasses import dataclass
@@ -15,11 +16,13 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from sdfprt.core import kernels, settings
+from sdfprt.core.arguments import checked
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
+from sdfprt.core.limits import check_memory
 from sdfprt.core.progress import track
 from sdfprt.imaging.camera import Camera
-from sdfprt.imaging.shot import Frame, Shot, compose
+from sdfprt.imaging.shot import SAMPLES, SIZES, Frame, Shot, compose
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, Material
 from sdfprt.sdf.scene import NORMAL_STEP, Scene
@@ -38,6 +41,7 @@ class Traced(Frame):
     paths: int
 
 
+@checked(size=SIZES, samples=SAMPLES, spp=(1, 1 << 24), bounces=(0, 1000), seed=(0, None))
 def reference(
     scene: Scene,
     light: Light,
@@ -94,6 +98,7 @@ def draw(
     if spp < 1 or bounces < 0:
         raise SdfprtError(f"reference: spp {spp} must be at least 1 and bounces {bounces} at least 0")
     material, camera, size, samples = shot.material, shot.camera, shot.size, shot.samples
+    check_memory(f"reference: {size[0]} x {size[1]} pixels of {samples} x {samples} samples", 250.0 * math.prod(shot.fine))
     origin, directions = camera.rays(size, samples)
     directions = directions.reshape(-1, 3)
     packets = max(2, -(-spp // (kernels.lanes() * samples**2)))

@@ -8,12 +8,19 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Compile:
-    seconds: int = 60  # at most, for the GLSL compiler and one text
+    seconds: int = 30  # at most, for the GLSL compiler and one text
     memory: int = 1 << 30  # bytes that it may have
     output: int = 16 << 20  # bytes that it may write
     text: int = 2_000_000  # letters of a scene and all that it includes
     files: int = 1000  # that it includes
     depth: int = 100  # of files that include each other
+    module: int = 4 << 20  # bytes of SPIR-V
+    instructions: int = 150_000  # of the distance and all that it calls
+    numbers: int = 50_000  # in all variables: 16 lanes of them still fit a thread's stack
+    cases: int = 2000  # of a switch
+    nesting: int = 1000  # of conditions and loops
+    brackets: int = 2000  # in each other, in the text
+    kernel: int = 1_500_000  # letters of C++
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from sdfprt.glsl.directives import plain
 from sdfprt.glsl.entry import CALL, find_entry, without_mains
 from sdfprt.glsl.hosts import FILES, GIVEN, adapted, number_of
 from sdfprt.glsl.include import definitions, expand_includes, read_text
+from sdfprt.glsl.limits import check_text, within
 from sdfprt.glsl.parts import KINDS, Parts, carried_function, part_function
 from sdfprt.glsl.scanner import BUILT_IN_TYPE, PRECISIONS, Block, File, Variable, code_only, declarations, edited, macros, rename
 from sdfprt.glsl.uses import Program
@@ -156,6 +157,7 @@ def _without_directives(source: str, entry: str, file: str) -> tuple[str, str]:
         raise GlslError(f"{file}: entry = {entry!r}: give a function's name, or its call at a point p")
     asked = f"\n{CALL} {{ {entry} }}" if "(" in entry else ""
     code = preprocessed(f"{VERSION}{source}{asked}", file).removeprefix(VERSION.rstrip("\n"))
+    check_text(code, file)
     code = _AS_NAME.sub(r"sdfprt_\1", code)
     if asked:
         code, _, call = code.rpartition(CALL)
@@ -314,7 +316,7 @@ def _compiled(header: Sequence[str], body: str, ours: str, file: str, prelude: C
     while True:
         text = "\n".join([*header, *(GIVEN[name].format(name) for name in added), body, f"#line {_OURS}", ours])
         try:
-            return _Compiled(text, compile_glsl(distance_module(text), file=file), tuple(added))
+            return _Compiled(text, within(compile_glsl(distance_module(text), file=file), file), tuple(added))
         except GlslError as error:
             missing = re.findall(r"no (?:variable|function) '(\w+)'|'(\w+)' : no matching", str(error))
             names = [n for pair in missing for n in pair if n]

@@ -18,10 +18,11 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from sdfprt.core import kernels
-from sdfprt.core.errors import SdfprtError
+from sdfprt.core.errors import GlslError, SdfprtError
 from sdfprt.core.stack import with_deep_stack
 from sdfprt.glsl.compile import compile_glsl
 from sdfprt.glsl.hosts import CHANNELS
+from sdfprt.glsl.limits import check_code, within
 from sdfprt.glsl.parts import KINDS, Parts
 from sdfprt.glsl.prepare import Prepared, field_module, prepare
 from sdfprt.glsl.spirv import fingerprint, parse, samplers
@@ -123,7 +124,11 @@ class Compiled:
     def native(self) -> str:
         """C++: `struct Scene : Simd { static F distance(F x, F y, F z, M live); }`."""
         try:
-            return _native(self.prepared.spirv, "Scene", ("x", "y", "z"), "distance", ("d",), self._samplers)
+            code = _native(self.prepared.spirv, "Scene", ("x", "y", "z"), "distance", ("d",), self._samplers)
+            check_code(code, self.file)
+            return code
+        except GlslError:
+            raise
         except SdfprtError as error:
             raise SdfprtError(f"{self.file}: {error}") from None
 
@@ -138,7 +143,7 @@ class Compiled:
         return "\n".join(parts)
 
     def _colour_module(self, name: str) -> bytes:
-        return compile_glsl(field_module(self.prepared.text, name, KINDS[name]), file=self.file)
+        return within(compile_glsl(field_module(self.prepared.text, name, KINDS[name]), file=self.file), self.file)
 
     def distance(self, points: Float[ndarray, "n 3"]) -> Float[ndarray, "n"]:
         """Distance at each point; scene units, negative inside."""

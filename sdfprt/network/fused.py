@@ -7,6 +7,10 @@ Its twins are `network.mlp.forward` (numpy and torch) and shaders/rendering/netw
 import functools
 import importlib
 import importlib.util
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import pairwise
 from typing import Any, no_type_check
 
 import numpy as np
@@ -17,13 +21,41 @@ from torch import Tensor
 from sdfprt.network.mlp import SLOPE, TransferNet
 
 WIDTHS = (16, 32, 64, 128)  # neurons whose matrices a multiprocessor's shared memory holds; wider ones are torch's
+WAYS = ("wgmma", "mma")  # tensor-core instructions: Hopper's, or those of every card since Volta
+_AGREES = 0.05  # largest error of a random network's outputs, which reach 1, in 16-bit products
+_NO_WGMMA = "DISABLE_MMA_V3"
 _ROWS = 128  # points a block of threads
 
 
 def fits(net: TransferNet) -> bool:
-    """Whether this machine and this network suit the kernel: CUDA, Triton, and hidden layers of one width in WIDTHS."""
+    """Whether this machine and this network suit the kernel: CUDA, Triton, hidden layers of one width in WIDTHS, right values."""
     hidden = {len(bias) for _, bias in net.weights[:-1]}
-    return torch.cuda.is_available() and _has_triton() and len(net.weights) >= 2 and len(hidden) == 1 and hidden <= set(WIDTHS)
+    suits = torch.cuda.is_available() and _has_triton() and len(net.weights) >= 2 and len(hidden) == 1 and hidden <= set(WIDTHS)
+    return suits and _way(len(net.weights), *hidden, net.position_frequencies, net.normal_frequencies, len(net.scale)) is not None
+
+
+@functools.cache
+def _way(layers: int, width: int, position_frequencies: int, normal_frequencies: int, outputs: int) -> str | None:
+    """The first of WAYS whose kernel computes networks of this size on this card as torch does; None if none does.
+
+    What a compiler makes for a card that nobody tried is not believed unseen: once a size, a random network is held against torch.
+    """
+    rng = np.random.default_rng(0)
+    features = 6 + 6 * (position_frequencies + normal_frequencies)
+    sizes = [features, *[width] * (layers - 1), outputs]
+    weights = [(rng.normal(0, (2 / i) ** 0.5, (o, i)).astype(np.float32), np.zeros(o, np.float32)) for i, o in pairwise(sizes)]
+    bands = round(outputs**0.5)
+    net = TransferNet(weights, np.ones(outputs, np.float32), (0.1, 0.2, 0.3), 1.5, position_frequencies, normal_frequencies, bands)
+    points = torch.from_numpy(rng.uniform(-1, 1, (300, 3)).astype(np.float32)).cuda()
+    normals = torch.nn.functional.normalize(torch.from_numpy(rng.normal(size=(300, 3)).astype(np.float32)).cuda(), dim=1)
+    packed = Packed(net, "cuda")
+    expected = torch.from_numpy(net.predict(points.cpu().numpy(), normals.cpu().numpy())).cuda()
+    for way in WAYS:
+        out = torch.empty_like(expected)
+        run_into(out, packed, points, normals, way=way)
+        if float((out - expected).abs().max()) < _AGREES:
+            return way
+    return None
 
 
 @functools.cache
@@ -37,6 +69,7 @@ class Packed:
     def __init__(self, net: TransferNet, device: str) -> None:
         width, inputs, outputs = len(net.weights[0][1]), net.weights[0][0].shape[1], len(net.scale)
         self.width, self.outputs = width, outputs
+        self.size = len(net.weights), width, net.position_frequencies, net.normal_frequencies, outputs
         self.inputs = _power(inputs)  # columns with zero weights fill it up
         self.results = _power(outputs)
         self.hidden = len(net.weights) - 2
@@ -82,12 +115,17 @@ def run(packed: Packed, points: Float[Tensor, "n c"], normals: Float[Tensor, "n 
     return out
 
 
-def run_into(out: Tensor, packed: Packed, points: Tensor, normals: Tensor, hit: Tensor | None = None) -> None:
-    """`run` into a tensor that is there, as a captured graph needs; nothing waits for the host."""
-    kernel = _kernel()
+def run_into(
+    out: Tensor, packed: Packed, points: Tensor, normals: Tensor, hit: Tensor | None = None, way: str | None = None
+) -> None:
+    """`run` into a tensor that is there; nothing waits for the host."""
+    way = way or (_way(*packed.size) if out.is_cuda else None) or WAYS[0]
+    kernel = _kernel(way)
     grid = (-(-len(points) // _ROWS),)
     flag, step = (points, 0) if hit is None else (hit, hit.stride(0))
-    if len(points):
+    if not len(points):
+        return
+    with _compiling(way):
         kernel[grid](
             points, normals, flag, out,
             packed.first, packed.middle, packed.last, packed.biases, packed.scale,
@@ -98,9 +136,22 @@ def run_into(out: Tensor, packed: Packed, points: Tensor, normals: Tensor, hit: 
         )  # fmt: skip
 
 
+@contextmanager
+def _compiling(way: str) -> Iterator[None]:
+    """Triton's choice of instructions is a variable of the environment, read where it compiles."""
+    before = os.environ.get(_NO_WGMMA)
+    if way != "wgmma":
+        os.environ[_NO_WGMMA] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            os.environ.pop(_NO_WGMMA, None)
+
+
 @functools.cache
-def _kernel() -> Any:
-    """Compiled at its first launch for each size of network; made here, so that importing this module needs no Triton."""
+def _kernel(way: str) -> Any:
+    """One a way, compiled at its first launch for each size; made here, so that importing this module needs no Triton."""
     triton: Any = importlib.import_module("triton")
     tl: Any = importlib.import_module("triton.language")
 

@@ -3,7 +3,6 @@
 Lengths and points in scene.toml are in the axes of sdf.glsl; what is read here is in the world's, y up.
 """
 
-import json
 import os
 import runpy
 import tomllib
@@ -15,7 +14,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tomli_w
 from numpy import ndarray
+from pydantic import BaseModel
 from safetensors.numpy import save_file
 
 from sdfprt.core import settings
@@ -26,7 +27,8 @@ from sdfprt.imaging.camera import Camera
 from sdfprt.material import lobes
 from sdfprt.material.lobes import Material
 from sdfprt.maths import axes
-from sdfprt.sdf import textures
+from sdfprt.maths.box import corner
+from sdfprt.sdf import schema, textures
 
 FILE, SETTINGS, PYTHON = "sdf.glsl", "scene.toml", "scene.py"
 
@@ -78,35 +80,34 @@ def read_settings(path: Path, given: Mapping[str, Any]) -> dict[str, Any]:
     if not has(path, SETTINGS):
         return in_the_world({**own, **given})
     try:
-        toml = tomllib.loads(read_text(file))
-        found: dict = {**own, "title": toml.get("title", "")}
-        if "bounds" in toml:
-            low, high = toml["bounds"]
-            found["bounds"] = (tuple(map(float, low)), tuple(map(float, high)))
-        for key in ("step", "offset"):
-            if key in toml:
-                found[key] = float(toml[key])
-        if "notes" in toml:
-            found["notes"] = tuple(str(note) for note in list(toml["notes"]))
-        if "camera" in toml:
-            found["camera"] = {k: tuple(map(float, v)) if k != "fov" else float(v) for k, v in toml["camera"].items()}
-        if "entry" in toml:
-            if not isinstance(toml["entry"], str):
-                raise TypeError(f"entry = {toml['entry']!r}: give the name of a function, or its call, as a text")
-            found["entry"] = toml["entry"]
-        vertical = "z" if found.get("camera", {}).get("up") == (0.0, 0.0, 1.0) else "y"
-        found["up"] = toml.get("up", vertical)
-        if "material" in toml:
-            finish = dict(toml["material"])
-            kind = finish.pop("kind", "diffuse")
-            colours: dict = {k: tuple(map(float, v)) for k, v in finish.items()}
-            found["material"] = lobes.parse(kind, **colours)
-        found["defines"] = {**toml.get("defines", {}), **given.get("defines", {})}
-        found["parts"] = {int(number): part for number, part in toml.get("parts", {}).items()}
-        found["textures"] = {name: _texture(path, str(source), name) for name, source in toml.get("textures", {}).items()}
-    except (tomllib.TOMLDecodeError, TypeError, ValueError) as error:
+        table = schema.read(tomllib.loads(read_text(file)))
+        camera: dict[str, Any] = {key: value if key == "fov" else corner(value) for key, value in _given(table.camera)}
+        found: dict[str, Any] = {**own, "title": table.title, "notes": tuple(table.notes)}
+        found |= {key: value for key in ("step", "offset", "entry") if (value := getattr(table, key)) is not None}
+        if table.bounds is not None:
+            found["bounds"] = (corner(table.bounds[0]), corner(table.bounds[1]))
+        if camera:
+            found["camera"] = camera
+        if camera.keys() >= {"eye", "target"}:
+            Camera(**camera)  # which says what is wrong with it
+        # A camera that stands upright along z says that z is the file's vertical
+        found["up"] = table.up or ("z" if camera.get("up") == (0.0, 0.0, 1.0) else "y")
+        if table.material is not None:
+            finish: dict[str, Any] = {key: corner(value) for key, value in _given(table.material) if key != "kind"}
+            found["material"] = lobes.parse(table.material.kind, **finish)
+        found["defines"] = {**table.defines, **given.get("defines", {})}
+        found["parts"] = {int(number): dict(_given(part)) for number, part in table.parts.items()}
+        found["textures"] = {name: _texture(path, source, name) for name, source in table.textures.items()}
+        return in_the_world({**found, **given, "defines": found["defines"]})
+    except (tomllib.TOMLDecodeError, TypeError, ValueError, RecursionError) as error:
         raise SdfprtError(f"{file}: {error}") from None
-    return in_the_world({**found, **given, "defines": found["defines"]})
+    except SdfprtError as error:
+        raise SdfprtError(str(error) if SETTINGS in str(error) else f"{file}: {error}") from None
+
+
+def _given(table: BaseModel) -> Iterator[tuple[str, Any]]:
+    """The keys of a table that the file has, and their values."""
+    return ((key, getattr(table, key)) for key in table.model_fields_set)
 
 
 def in_the_world(given: Mapping[str, Any]) -> dict[str, Any]:
@@ -166,34 +167,32 @@ def write(
     except FileExistsError:
         raise SdfprtError(f"{path}: there is a file of that name; give a folder") from None
     numbers = {**numbers, "bounds": axes.box_to_file(numbers["bounds"], up)}
-    lines = [f"title = {json.dumps(title)}", *(f"{key} = {_toml(value)}" for key, value in numbers.items())]
-    lines += [f'up = "{up}"'] if up != "y" else []
-    lines += [f"entry = {json.dumps(entry)}"] if entry else []
-    lines += [f"notes = {json.dumps(notes, ensure_ascii=False)}"] if notes else []
-    lines += ["", "[camera]", *(f"{key} = {_toml(axes.to_file(getattr(camera, key), up))}" for key in ("eye", "target", "up"))]
-    lines += [f"fov = {float(camera.fov)!r}"]
-    lines += ["", "[material]", *_material_lines(material)]
-    if textures:
-        lines += ["", "[textures]", *(f'{name} = "{name}.safetensors"' for name in textures)]
-    for number, part in parts.items():
-        lines += ["", f"[parts.{number}]", *(f"{key} = {_toml(value)}" for key, value in part.items())]
-    if defines:
-        lines += ["", "[defines]", *(f"{name} = {json.dumps(value)}" for name, value in defines.items())]
+    table: dict[str, Any] = {"title": title, **{key: _plain(value) for key, value in numbers.items()}}
+    table |= {
+        key: value for key, value, usual in (("up", up, "y"), ("entry", entry, ""), ("notes", list(notes), [])) if value != usual
+    }
+    table["camera"] = {key: _plain(axes.to_file(getattr(camera, key), up)) for key in ("eye", "target", "up")} | {
+        "fov": float(camera.fov)
+    }
+    colours = {key: _plain(value) for key, value in lobes.parts(material).items() if key != "exponent"}
+    table["material"] = {"kind": lobes.name(material), **colours}
+    table["textures"] = {name: f"{name}.safetensors" for name in textures}
+    table["parts"] = {str(number): {key: _plain(value) for key, value in part.items()} for number, part in parts.items()}
+    table["defines"] = {name: _kept(value) for name, value in defines.items()}
+    written = tomli_w.dumps({key: value for key, value in table.items() if value or not isinstance(value, dict)})
     for name, values in textures.items():
         with atomic_write(path / f"{name}.safetensors") as temporary:
             save_file({name: np.ascontiguousarray(values)}, str(temporary))
-    for name, text in ((FILE, glsl), (SETTINGS, "\n".join([*lines, ""]))):
+    for name, text in ((FILE, glsl), (SETTINGS, written)):
         with atomic_write(path / name) as temporary:
             temporary.write_text(text)
 
 
-def _toml(value: object) -> str:
-    """A number, or numbers in brackets."""
-    return repr(np.asarray(value, float).tolist())
+def _plain(value: Any) -> Any:
+    """A number or numbers as floats, out of numpy and tuples."""
+    return np.asarray(value, float).tolist()
 
 
-def _material_lines(material: Material) -> list[str]:
-    """The [material] of a scene.toml, as `read_settings` reads it."""
-    colours = {key: value for key, value in lobes.parts(material).items() if key != "exponent"}
-    lines = [f"{key} = {_toml(colour)}" for key, colour in colours.items()]
-    return [f'kind = "{lobes.name(material)}"', *lines]
+def _kept(value: Any) -> Any:
+    """A value of [defines] as TOML has it, of its own kind."""
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else list(value) if isinstance(value, tuple) else value

@@ -9,6 +9,7 @@ from sdfprt.baking import search, stages
 from sdfprt.baking.asset import Asset, cached_path, find_asset
 from sdfprt.baking.search import Fitted
 from sdfprt.baking.stages import Part, Samples, Size
+from sdfprt.baking.tables import bake_vertices
 from sdfprt.core import settings
 from sdfprt.core.arguments import checked
 from sdfprt.core.cache import WORK, cache_folder, trim_work
@@ -32,6 +33,7 @@ KEEP = 24  # working files that stay when a bake ends
     steps=(1, None),
     seed=(0, None),
     target_psnr=(0, 200),
+    bounces=(0, 64),
 )
 def bake(
     scene: AnyScene,
@@ -39,23 +41,34 @@ def bake(
     layers: int = settings.Network.layers,
     bands: int = settings.Transfer.bands,
     points: int = settings.Surface.points,
-    rays: int = settings.Transfer.rays,
+    rays: int | None = None,
     steps: int = settings.Fit.steps,
     seed: int = 0,
     target_psnr: float | None = None,
     preview: bool = False,
     fresh: bool = False,
     cluster: str | None = None,
-) -> Asset:
-    """The asset of a scene: shipped, from the cache, or made now, resuming what an earlier call left unfinished.
+    storage: str = "network",
+    bounces: int = 0,
+    shadowed: bool = True,
+) -> Any:
+    """The Asset of a scene: shipped, from the cache, or made now, resuming what an earlier call left unfinished.
 
     `target_psnr`, dB of transfer at held-out points and of pictures from held-out views, finds the smallest of search.SIZES and
     search.ENCODINGS that reaches it in both, in place of `width` and `layers`; `info["curve"]` holds what each reached, and
     `info["target_reached"]` whether one did; if not, the nearest comes back. `info["warning"]` is there where the validation error
-    is far beyond the usual. `preview` is a rough network in seconds. `fresh`
-    makes one even where weights ship with the scene or lie in the cache. `cluster`, a Dask scheduler's address, has its workers
-    trace the rays; the asset is the same to the bit. Raises SdfprtError where the scene has no surface or its distance is NaN.
+    is far beyond the usual. `preview` is a rough network in seconds. `fresh` makes one even where weights ship with the scene or
+    lie in the cache. `rays` a point default to settings.Transfer's. `cluster`, a Dask scheduler's address, has its workers trace
+    the rays; the asset is the same to the bit. `storage` "vertex" gives a VertexTable of a mesh, with `bounces` diffuse
+    interreflections, or not `shadowed`. Raises SdfprtError where the scene has no surface or its distance is NaN.
     """
+    if storage == "vertex":
+        return bake_vertices(scene, bands, rays, seed, bounces, shadowed, fresh)
+    if storage != "network":
+        raise SdfprtError(f"storage {storage}: there is no such one; there are network and vertex")
+    if bounces or not shadowed:
+        raise SdfprtError("a network holds shadowed transfer without bounces; for others use storage vertex")
+    rays = settings.Transfer.rays if rays is None else rays
     resolution = settings.Surface.resolution
     if preview:
         points, rays, steps, resolution = 30_000, 64, 800, 128

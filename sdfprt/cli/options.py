@@ -26,7 +26,6 @@ from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
 
 if TYPE_CHECKING:
-    from sdfprt.baking.asset import Asset
     from sdfprt.imaging.camera import Camera
     from sdfprt.light.light import Light
     from sdfprt.material.lobes import Material
@@ -72,6 +71,20 @@ class Product(StrEnum):
 
     tpfl = "tpfl"
     tp = "tp"
+
+
+class Storage(StrEnum):
+    """What holds transfer."""
+
+    network = "network"
+    vertex = "vertex"
+
+
+class Transfer(StrEnum):
+    """Whether transfer has visibility in it."""
+
+    shadowed = "shadowed"
+    unshadowed = "unshadowed"
 
 
 class Axis(StrEnum):
@@ -177,6 +190,16 @@ class Look:
         own = scene.material
         return replace(own, **{k: v for k, v in colours.items() if v is not None and hasattr(own, k)})
 
+    def dress(self, scene: "AnyScene") -> "AnyScene":
+        """The scene with this material as its own; colours and exponents that flags give hold on all of a mesh."""
+        from sdfprt.mesh.scene import MeshScene
+
+        if not isinstance(scene, MeshScene):
+            return scene
+        shine = self.material is not None and ":" in self.material
+        plain = scene.plain(albedo=self.albedo is not None, exponent=shine)
+        return replace(plain, material=self.read_material(scene))
+
     def read_camera(self, scene: "AnyScene") -> "Camera":
         places = {name: triple(text, f"--{name}") for name in ("eye", "target") if (text := getattr(self, name)) is not None}
         return replace(scene.camera, **places, **({} if self.fov is None else {"fov": self.fov}))
@@ -209,7 +232,7 @@ class Joining:
 
 @dataclass(frozen=True)
 class Weights:
-    """Which network draws: a file's, or the shipped, cached or newly baked one of that width."""
+    """What holds transfer: a file, or the shipped, cached or newly baked network of that width, or a mesh's vertices."""
 
     asset: Annotated[Path | None, typer.Option("--asset", help="A baked .safetensors file; default: shipped, cached or baked.")] = (
         None
@@ -218,15 +241,24 @@ class Weights:
         int | None, typer.Option("--width", help=f"Neurons a layer, not beside --asset; default: {settings.Network.width}.")
     ] = None
 
-    def read(self, scene: "AnyScene") -> "Asset":
+    storage: Annotated[Storage | None, typer.Option("--storage", help="What holds transfer; vertex: of meshes.")] = None
+    bounces: Annotated[int, typer.Option("--bounces", min=0, help="Diffuse interreflections in vertex storage.")] = 0
+    transfer: Annotated[Transfer, typer.Option("--transfer", help="unshadowed: in vertex storage.")] = Transfer.shadowed
+
+    def read(self, scene: "AnyScene") -> Any:
         from sdfprt.baking.asset import Asset
         from sdfprt.baking.sdf import bake
+        from sdfprt.tables.vertex import VertexTable, is_table
 
+        own = {"storage": (self.storage or Storage.network).value, "bounces": self.bounces}
         if self.asset is None:
-            return bake(scene, width=settings.Network.width if self.width is None else self.width)
-        if self.width is not None:
-            raise SdfprtError(f"--width {self.width}: the network of --asset {self.asset} has its own; give one of the two")
-        return Asset.load(self.asset, scene=scene)
+            width = settings.Network.width if self.width is None else self.width
+            return bake(scene, width=width, shadowed=self.transfer is Transfer.shadowed, **own)
+        given = {"width": self.width, "storage": self.storage, "bounces": self.bounces or None}
+        for flag, value in given.items():
+            if value is not None:
+                raise SdfprtError(f"--{flag} {value}: what --asset {self.asset} holds has its own; give one of the two")
+        return VertexTable.load(self.asset, scene) if is_table(self.asset) else Asset.load(self.asset, scene=scene)
 
 
 def read_light(name: str, layout: Layout) -> "Light":

@@ -59,7 +59,7 @@ def render(
     for_eyes = picture(output).suffix.lower() == ".png"
     keep_apart({"-o": output}, [scene, look.light, weights.asset])
     resolution = pixels(size)
-    loaded = reading.load(scene)
+    loaded = look.dress(reading.load(scene))
     light, material, camera = look.read_light().rotated(yaw=look.yaw), look.read_material(loaded), look.read_camera(loaded)
     found = frame(
         loaded,

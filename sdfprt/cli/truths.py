@@ -64,7 +64,7 @@ def reference(
     passes = checkpoint or output.with_name(output.name + ".passes")
     keep_apart({"-o": output, "--error": error, "--checkpoint": passes}, [scene, look.light])
     resolution = pixels(size)
-    loaded = reading.load(scene)
+    loaded = look.dress(reading.load(scene))
     light, material, camera = look.read_light().rotated(yaw=look.yaw), look.read_material(loaded), look.read_camera(loaded)
     result = reference_image(
         loaded,

@@ -127,6 +127,14 @@ class Mesh:
 
 
 @dataclass(frozen=True)
+class Vertex:
+    rays: int = 1024  # a vertex, fewer where there are many
+    budget: int = 200_000_000  # rays of all vertices together that are aimed at
+    least: int = 192  # rays a vertex
+    bounce_rays: int = 512  # a vertex and bounce, at most
+
+
+@dataclass(frozen=True)
 class NeuralFit:
     width: int = 32  # neurons a layer
     layers: int = 2  # of them, before the output

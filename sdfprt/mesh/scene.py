@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
 from sdfprt.imaging.camera import Camera
-from sdfprt.material.lobes import Diffuse, Material
+from sdfprt.material.lobes import Diffuse, Material, Phong
 from sdfprt.maths.box import Box, corner
 from sdfprt.mesh.parts import Finish, decoded
 
@@ -147,7 +147,7 @@ class MeshScene:
 
     def exponent(self, faces: Int[ndarray, "n"]) -> Float[ndarray, "n"]:
         """Phong exponent of triangles; the material's where the file has none."""
-        own = getattr(self.material, "exponent", 32.0)
+        own = getattr(self.material, "exponent", Phong().exponent)
         return np.array([own if each.exponent is None else each.exponent for each in self.finishes], np.float32)[self.finish[faces]]
 
     def _painted(self, finish: Finish) -> bool:

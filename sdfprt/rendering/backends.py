@@ -26,11 +26,13 @@ from sdfprt.imaging.camera import Camera
 from sdfprt.imaging.shot import SAMPLES, SIZES, Frame, compose
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, Material
+from sdfprt.mesh.scene import MeshScene
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering import frame as opengl
-from sdfprt.rendering import torch_backend
+from sdfprt.rendering import torch_backend, vertex_surface
 from sdfprt.sdf.kinds import AnyScene
 from sdfprt.sdf.scene import Scene
+from sdfprt.tables.vertex import VertexTable
 
 NAMES = ("glsl", "torch", "warp")
 _SIDES = 32, 128  # pixels of the pictures that are timed
@@ -133,7 +135,7 @@ def choose(
 @checked(size=SIZES, samples=SAMPLES)
 def frame(
     scene: AnyScene,
-    asset: Asset | TransferNet,
+    asset: Asset | TransferNet | VertexTable,
     light: Light,
     material: Material | None = None,
     camera: Camera | None = None,
@@ -148,12 +150,18 @@ def frame(
     Raises SdfprtError for an asset that was baked for another scene, for another back end or option and for one that the back end
     does not honour, without OpenGL where the back end needs it, and where the picture is not finite.
     """
-    net = opengl.network_of(asset, scene)
+    if backend not in ("auto", *NAMES):
+        raise SdfprtError(f"backend {backend}: there is no such one; there are auto, {', '.join(NAMES)}")
     shot = compose(scene, material, camera, size, samples, background, **lighting)
+    if isinstance(asset, VertexTable):
+        if not isinstance(scene, MeshScene):
+            raise SdfprtError(f"{scene.file}: an asset of vertex storage belongs to a mesh, and this is an SDF")
+        asset.check(scene)
+        by_shader = backend == "glsl" or (backend == "auto" and has_opengl())
+        return (vertex_surface.draw if by_shader else vertex_surface.draw_by_rays)(scene, asset, light, shot)
+    net = opengl.network_of(asset, scene)
     if backend == "auto":
         backend = choose(net, size, samples)
-    if backend not in NAMES:
-        raise SdfprtError(f"backend {backend}: there is no such one; there are auto, {', '.join(NAMES)}")
     if backend == "glsl":
         return opengl.draw(scene, net, light, shot)
     return torch_backend.draw(scene, net, light, shot, backend)
@@ -162,7 +170,7 @@ def frame(
 @checked(size=SIZES, samples=SAMPLES)
 def render(
     scene: AnyScene,
-    asset: Asset | TransferNet,
+    asset: Asset | TransferNet | VertexTable,
     light: Light,
     material: Material | None = None,
     camera: Camera | None = None,

@@ -1,11 +1,14 @@
 """The first pass of a mesh: depths, then place, normal and colour into the textures that an SDF's first pass fills."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import moderngl
 import numpy as np
 
 from sdfprt.core.opengl import context
 from sdfprt.imaging.camera import Camera
-from sdfprt.material.lobes import Diffuse, Phong
+from sdfprt.material.lobes import Diffuse, Phong, parts
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.rendering.pieces import LIST, MESH_DEPTH, MESH_SURFACE
 from sdfprt.rendering.programs import programs
@@ -45,12 +48,7 @@ class MeshBuffers:
         ]
         self.vertices = gl.buffer(rows.tobytes())
         self.indices = gl.buffer(np.ascontiguousarray(scene.faces[order], np.uint32).tobytes())
-        self.arrays: dict[tuple[str, ...], moderngl.VertexArray] = {
-            pieces: gl.vertex_array(
-                programs().mesh_program(pieces), [(self.vertices, "3f 3f 2f 3f", *_ATTRIBUTES)], self.indices, skip_errors=True
-            )
-            for pieces in (MESH_DEPTH, MESH_SURFACE)
-        }
+        self.arrays = {pieces: self.array(programs().mesh_program(pieces)) for pieces in (MESH_DEPTH, MESH_SURFACE)}
         self.pictures: dict[int, moderngl.Texture] = {}
         if scene.uvs is not None:
             for number, finish in enumerate(scene.finishes):
@@ -60,51 +58,82 @@ class MeshBuffers:
                     made.filter = (moderngl.LINEAR, moderngl.LINEAR)
                     self.pictures[number] = made
 
+    def array(self, program: moderngl.Program, *more: tuple) -> moderngl.VertexArray:
+        """The triangles for a program, with `more` attributes; what it does not read is passed over."""
+        content = [(self.vertices, "3f 3f 2f 3f", *_ATTRIBUTES), *more]
+        return context().vertex_array(program, content, self.indices, skip_errors=True)
+
     def release(self) -> None:
         for thing in (*self.arrays.values(), self.vertices, self.indices, *self.pictures.values()):
             thing.release()
 
 
-def raster_tile(scene: MeshScene, camera: Camera, tile: tuple[int, int, int, int], whole: tuple[int, int]) -> Target:
-    """As frame.trace_tile, of a mesh; in the render thread."""
-    gl, target = context(), programs().target(tile[2:])
-    buffers = programs().meshes.get(scene.hash + scene.look, lambda: MeshBuffers(scene))
-    near, far = _depths(scene, camera)
-    for pieces in (MESH_DEPTH, MESH_SURFACE):
-        program = programs().mesh_program(pieces)
-        set_camera(program, camera, (*tile[:2], *whole))
-        set_uniforms(program, tile=tuple(map(float, tile[2:])), clip=(near, far))
+def place_camera(
+    program: moderngl.Program, scene: MeshScene, camera: Camera, tile: tuple[int, int, int, int], whole: tuple[int, int]
+) -> None:
+    """Uniforms of pinhole.glsl."""
+    set_camera(program, camera, (*tile[:2], *whole))
+    set_uniforms(program, tile=tuple(map(float, tile[2:])), clip=_depths(scene, camera))
 
-    # Depths first, so that each sample is shaded once
+
+@contextmanager
+def rasterising(depths: str) -> Iterator[None]:
+    """Depth test on, and the front as pictures have it whose first row is the lowest."""
+    gl = context()
     gl.enable(moderngl.DEPTH_TEST)
     gl.disable(moderngl.CULL_FACE)
-    gl.front_face = "cw"  # the picture's first row is the lowest here
-    gl.depth_func = "<"
+    gl.front_face, gl.depth_func = "cw", depths
+    try:
+        yield
+    finally:
+        gl.front_face = "ccw"
+        gl.disable(moderngl.DEPTH_TEST)
+
+
+def dress(
+    program: moderngl.Program,
+    scene: MeshScene,
+    buffers: MeshBuffers,
+    group: Group,
+    albedo: tuple[float, float, float],
+    exponent: float | None,
+) -> None:
+    """Uniforms of a group's finish; `albedo` and `exponent` where the file has none."""
+    finish, texels = scene.finishes[group.finish], buffers.pictures.get(group.finish)
+    if texels is not None:
+        texels.use(Unit.PICTURE)
+    plain = (1.0, 1.0, 1.0) if texels is not None or scene.colours is not None else albedo
+    own = Phong().exponent if exponent is None else exponent
+    set_uniforms(
+        program,
+        ("finishExponent", "twoSided"),
+        finishAlbedo=finish.albedo or plain,
+        finishExponent=own if finish.exponent is None else finish.exponent,
+        painted=texels is not None,
+        picture=SAMPLERS["picture"],
+        twoSided=group.two_sided,
+    )
+
+
+def raster_tile(scene: MeshScene, camera: Camera, tile: tuple[int, int, int, int], whole: tuple[int, int]) -> Target:
+    """As frame.trace_tile, of a mesh; in the render thread."""
+    target = programs().target(tile[2:])
+    buffers: MeshBuffers = programs().meshes.get(scene.hash + scene.look, lambda: MeshBuffers(scene))
+    for pieces in (MESH_DEPTH, MESH_SURFACE):
+        place_camera(programs().mesh_program(pieces), scene, camera, tile, whole)
+
+    # Depths first, so that each sample is shaded once
     target.surface.clear(depth=1.0)
-    target.closed.use()
-    buffers.arrays[MESH_DEPTH].render(moderngl.TRIANGLES)
-    target.surface.use()
-    gl.depth_func = "<="
-    program = programs().mesh_program(MESH_SURFACE)
-    own = scene.material.lobes
-    albedo = next((lobe.albedo for lobe in own if isinstance(lobe, Diffuse)), Diffuse().albedo)
-    exponent = next((lobe.exponent for lobe in own if isinstance(lobe, Phong)), Phong().exponent)
-    for group in buffers.groups:
-        finish, texels = scene.finishes[group.finish], buffers.pictures.get(group.finish)
-        painted = texels is not None or scene.colours is not None
-        if texels is not None:
-            texels.use(Unit.PICTURE)
-        set_uniforms(
-            program,
-            finishAlbedo=finish.albedo or ((1.0, 1.0, 1.0) if painted else albedo),
-            finishExponent=exponent if finish.exponent is None else finish.exponent,
-            painted=texels is not None,
-            picture=SAMPLERS["picture"],
-            twoSided=group.two_sided,
-        )
-        buffers.arrays[MESH_SURFACE].render(moderngl.TRIANGLES, vertices=group.count, first=group.first)
-    gl.front_face = "ccw"
-    gl.disable(moderngl.DEPTH_TEST)
+    with rasterising("<"):
+        target.closed.use()
+        buffers.arrays[MESH_DEPTH].render(moderngl.TRIANGLES)
+    own = parts(scene.material)
+    with rasterising("<="):
+        target.surface.use()
+        for group in buffers.groups:
+            program = programs().mesh_program(MESH_SURFACE)
+            dress(program, scene, buffers, group, own.get("albedo", Diffuse().albedo), own.get("exponent"))
+            buffers.arrays[MESH_SURFACE].render(moderngl.TRIANGLES, vertices=group.count, first=group.first)
 
     # The list of hits
     target.list.clear()

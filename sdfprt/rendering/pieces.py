@@ -25,6 +25,9 @@ SURFACE = ("camera", "trace", "normal", "surface")
 LIGHT = ("network", "sh", "shade", "light")
 FREE = ("free",)
 LIST = ("list",)
+MESH_VERTEX = ("pinhole", "mesh_vertex")
+GOURAUD_VERTEX = ("pinhole", "sh", "shade", "gouraud_vertex")
+GOURAUD = ("gouraud",)
 MESH_DEPTH = ("mesh_depth",)
 MESH_SURFACE = ("mesh_surface",)
 BACKGROUND = ("camera", "background")
@@ -122,6 +125,24 @@ def light_compute(net: TransferNet, variant: Variant) -> str:
     return "\n".join([VERSION, defines(net, variant), *tau, *weights, join(light_pieces(variant))])
 
 
+def gouraud_vertex(bands: int, variant: Variant) -> str:
+    """The vertex shader of vertex storage."""
+    tau = [] if variant.fixed_light else [tau_text(bands, variant.light_bands, variant.result_bands)]
+    sizes = [f"#define {name} {value}" for name, value in _shading_sizes(bands, variant).items()]
+    return "\n".join([VERSION, *sizes, *tau, join(GOURAUD_VERTEX)])
+
+
+def _shading_sizes(bands: int, variant: Variant) -> dict[str, int]:
+    """What sh.glsl and shade.glsl ask for, in fours where it counts vectors."""
+    return {
+        "OUTPUTS": _quads(bands**2),
+        "RESULT_BANDS": variant.result_bands,
+        "RESULTS": _quads(variant.result_bands**2),
+        "LIGHT_COUNT": variant.light_bands**2,
+        "LOBES": variant.lobes,
+    }
+
+
 def light_pieces(variant: Variant) -> tuple[str, ...]:
     """The pieces of the second pass."""
     return LIGHT[1:] if variant.constant else LIGHT
@@ -193,13 +214,9 @@ def defines(net: TransferNet, variant: Variant) -> str:
         "NORMAL_OCTAVES": net.normal_frequencies,
         "INPUTS": _inputs(net),
         "WIDTH": _quads(net.weights[0][0].shape[0]),
-        "OUTPUTS": _quads(net.bands**2),
         "LAYERS": len(net.weights),
         "BLOCKS": block_count(net),
-        "RESULT_BANDS": variant.result_bands,
-        "RESULTS": _quads(variant.result_bands**2),
-        "LIGHT_COUNT": variant.light_bands**2,
-        "LOBES": variant.lobes,
+        **_shading_sizes(net.bands, variant),
         "POINTS": variant.points,
         "GROUP": variant.group,
     }

@@ -6,7 +6,7 @@ Weights, light, colours and camera change without compiling.
 import functools
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Protocol, runtime_checkable
+from typing import Any
 
 import moderngl
 
@@ -16,11 +16,15 @@ from sdfprt.core.opengl import context, driver
 from sdfprt.imaging.shot import Shot
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering.pieces import (
+    GOURAUD,
+    GOURAUD_VERTEX,
+    MESH_VERTEX,
     SURFACE,
     VERSION,
     Variant,
     defines,
     fixed_fragment,
+    gouraud_vertex,
     light_compute,
     light_pieces,
     lobes_of,
@@ -37,17 +41,6 @@ from sdfprt.sdf.scene import Scene
 
 PROGRAMS = 24  # kept at most, of each kind; and textures
 MESHES = 4  # whose buffers are kept at most
-
-
-@runtime_checkable
-class _MeshBuffers(Protocol):
-    """Those of rendering/mesh_surface.py, which builds on this file."""
-
-    arrays: dict[tuple[str, ...], moderngl.VertexArray]
-    groups: list
-    pictures: dict[int, moderngl.Texture]
-
-    def release(self) -> None: ...
 
 
 class FullScreen:
@@ -73,7 +66,7 @@ class Programs:
         self.lightings: Kept[tuple, moderngl.ComputeShader] = Kept(PROGRAMS)
         self.targets: Kept[tuple[int, int], Target] = Kept(TARGET_SAMPLES, lambda size: size[0] * size[1])
         self.textures: Kept[str, Texture] = Kept(PROGRAMS)
-        self.meshes: Kept[str, _MeshBuffers] = Kept(MESHES)
+        self.meshes: Kept[str, Any] = Kept(MESHES)  # mesh_surface.MeshBuffers, which build on this file
         self.mesh_programs: Kept[tuple[str, ...], moderngl.Program] = Kept(PROGRAMS)
         self.weights: Kept[str, moderngl.Texture] = Kept(PROGRAMS)
         self.lit: dict[str, int] = {}  # samples, by the network's digest
@@ -111,9 +104,18 @@ class Programs:
 
         def compiled() -> moderngl.Program:
             with _placed(pieces, pieces[-1]):
-                return context().program(vertex_shader=f"{VERSION}\n{piece('mesh_vertex')}", fragment_shader=fixed_fragment(pieces))
+                return context().program(vertex_shader=fixed_fragment(MESH_VERTEX), fragment_shader=fixed_fragment(pieces))
 
         return self.mesh_programs.get(pieces, compiled)
+
+    def gouraud_program(self, bands: int, variant: Variant) -> moderngl.Program:
+        """The program of vertex storage."""
+
+        def compiled() -> moderngl.Program:
+            with _placed(GOURAUD_VERTEX, "gouraud"):
+                return context().program(vertex_shader=gouraud_vertex(bands, variant), fragment_shader=fixed_fragment(GOURAUD))
+
+        return self.mesh_programs.get((str(bands), str(variant)), compiled)
 
     def choose_variant(self, net: TransferNet, shot: Shot) -> Variant:
         """The lighting program for this shot.

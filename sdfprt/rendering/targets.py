@@ -63,12 +63,23 @@ class Target:
         self.surface = gl.framebuffer(self.seen, self.depth)
         self.closed = gl.framebuffer(depth_attachment=self.depth)
         self.light = gl.framebuffer([self.radiance])
+        self.lit = gl.framebuffer([self.radiance], self.depth)
         self.list = gl.buffer(reserve=4 * (1 + size[0] * size[1]))
 
     def release(self) -> None:
         if (interop := sys.modules.get("sdfprt.core.interop")) is not None:  # loads torch; not there, nothing is mapped
             interop.forget(self.seen)
-        for thing in (self.coarse, self.surface, self.closed, self.light, self.depth, self.cones, self.radiance, self.list):
+        for thing in (
+            self.coarse,
+            self.surface,
+            self.closed,
+            self.light,
+            self.lit,
+            self.depth,
+            self.cones,
+            self.radiance,
+            self.list,
+        ):
             thing.release()
         for texture in self.seen:
             texture.release()

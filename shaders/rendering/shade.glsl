@@ -38,21 +38,31 @@ vec3 glossy(vec4 transfer[OUTPUTS], float y[4 * RESULTS]) {
     return sum;
 }
 
-// Radiance along o, the unit direction to the eye, with albedo `base` and exponent s.
-vec3 shade(vec3 n, vec3 o, vec4 transfer[OUTPUTS], vec3 base, float s) {
-    vec3 sum = vec3(0.0);
-#if LOBES != 2
+// What the diffuse lobe sends everywhere, without its albedo.
+vec3 diffuseLobe(vec4 transfer[OUTPUTS]) {
     vec3 light = vec3(0.0);
     for (int i = 0; i < OUTPUTS; i++)
         light += vec3(dot(transfer[i], diffuseLight[i]), dot(transfer[i], diffuseLight[OUTPUTS + i]),
                       dot(transfer[i], diffuseLight[2 * OUTPUTS + i]));
-    sum += base * light;
-#endif
-#if LOBES != 1
+    return light;
+}
+
+// What the Phong lobe with exponent s sends along o, its colour included.
+vec3 glossyLobe(vec3 n, vec3 o, vec4 transfer[OUTPUTS], float s) {
     float g[RESULT_BANDS], y[4 * RESULTS];
     lobeFactors(s, g);
     weightedBasis(reflect(-o, n), g, y);
-    sum += specular * glossy(transfer, y);
+    return specular * glossy(transfer, y);
+}
+
+// Radiance along o, the unit direction to the eye, with albedo `base` and exponent s.
+vec3 shade(vec3 n, vec3 o, vec4 transfer[OUTPUTS], vec3 base, float s) {
+    vec3 sum = vec3(0.0);
+#if LOBES != 2
+    sum += base * diffuseLobe(transfer);
+#endif
+#if LOBES != 1
+    sum += glossyLobe(n, o, transfer, s);
 #endif
     return mix(sum, vec3(0.0), lessThan(sum, vec3(0.0)));  // cut-off series dip below zero; NaN stays to be reported
 }

@@ -1,0 +1,77 @@
+"""The bake of vertex storage: transfer at the vertices, and bounces."""
+
+from dataclasses import asdict
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from sdfprt.baking import stages
+from sdfprt.baking.asset import cached_path
+from sdfprt.baking.stages import Part
+from sdfprt.core import settings
+from sdfprt.core.cache import WORK, cache_folder, regular_file
+from sdfprt.core.errors import SdfprtError
+from sdfprt.material.lobes import Diffuse
+from sdfprt.mesh.scene import MeshScene
+from sdfprt.sdf.kinds import AnyScene
+from sdfprt.tables.vertex import VertexTable, row_count, rows
+from sdfprt.transfer.bounces import bounced
+from sdfprt.transfer.compute import unshadowed
+
+_AVERAGED = ((1 / 3, 1 / 3), (0.1, 0.1), (0.8, 0.1), (0.1, 0.8))  # weights of places whose mean is a triangle's albedo
+
+
+def bake_vertices(
+    scene: AnyScene,
+    bands: int = settings.Transfer.bands,
+    rays: int | None = None,
+    seed: int = 0,
+    bounces: int = 0,
+    shadowed: bool = True,
+    fresh: bool = False,
+) -> VertexTable:
+    """Transfer at the vertices of a mesh, from the cache or made now, resuming what an earlier call left unfinished.
+
+    `bounces` diffuse interreflections have the file's colours inside, or the scene's material's. `rays` a vertex default to
+    settings.Vertex, fewer for many vertices. Raises SdfprtError for an SDF, and for bounces without shadows.
+    """
+    if not isinstance(scene, MeshScene):
+        raise SdfprtError(f"{scene.file}: vertex storage needs a mesh; an SDF has no vertices: use network storage")
+    if bounces < 0 or (bounces and not shadowed):
+        raise SdfprtError(f"bounces {bounces}: give 0 or more, and shadowed transfer where there are any")
+    count = row_count(scene)
+    budget = settings.Vertex
+    rays = rays or int(np.clip(budget.budget // count, budget.least, budget.rays))
+    albedo = _albedo(scene) if bounces else np.empty((0, 3), np.float32)
+    inside = [bounces, stages.digest(albedo.astype(float).tolist())] if bounces else []
+    key = stages.digest("vertex", bands, rays if shadowed else 0, seed, shadowed, inside, asdict(settings.Mesh()))
+    path = cached_path(scene, 0, key)
+    if not fresh and regular_file(path):
+        try:
+            return VertexTable.load(path, scene)
+        except SdfprtError:
+            pass  # damaged: made again
+    points, normals, back = rows(scene)
+    if shadowed:
+        work = cache_folder() / WORK / f"vertices-{stages.digest(scene.hash, bands, rays, seed, asdict(settings.Mesh()))}"
+        drawn = {"points": points, "normals": normals}
+        _, _, direct = stages.samples(scene, drawn, Part(0, count, rays, False), work, bands, seed)
+    else:
+        direct = unshadowed(normals, bands).astype(np.float32)
+    transfer = direct[:, None]
+    if bounces:
+        transfer = bounced(scene, points, normals, back, direct, albedo, bounces, min(rays, budget.bounce_rays), seed)
+    table = VertexTable(np.ascontiguousarray(transfer), scene.hash, bounces, shadowed, {"rays": rays, "rows": count}, str(path))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    table.save(path)
+    return table
+
+
+def _albedo(scene: MeshScene) -> Float[ndarray, "f 3"]:
+    """Mean diffuse reflectance of each triangle; none where the material has no diffuse lobe."""
+    every = np.arange(len(scene.faces))
+    if not any(isinstance(lobe, Diffuse) for lobe in scene.material.lobes):
+        return np.zeros((len(every), 3), np.float32)
+    found = [scene.albedo(every, np.tile(np.array(weights, np.float32), (len(every), 1))) for weights in _AVERAGED]
+    return np.mean(found, axis=0, dtype=np.float32)

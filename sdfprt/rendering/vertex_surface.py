@@ -1,0 +1,143 @@
+"""Pictures from vertex storage: light times transfer in the vertex shader, or in numpy where there is no OpenGL; Gouraud."""
+
+import moderngl
+import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray
+
+from sdfprt.core.opengl import context, in_render_thread, read
+from sdfprt.imaging.shot import Frame, Shot
+from sdfprt.light.light import Light
+from sdfprt.material import shading
+from sdfprt.material.lobes import Diffuse, Phong, parts
+from sdfprt.mesh import rays
+from sdfprt.mesh.scene import MeshScene
+from sdfprt.rendering import mesh_surface
+from sdfprt.rendering.frame import checked, light_coefficients, tiles
+from sdfprt.rendering.mesh_surface import MeshBuffers
+from sdfprt.rendering.pieces import BACKGROUND, Variant, lobes_of
+from sdfprt.rendering.programs import programs
+from sdfprt.rendering.targets import environment_texture
+from sdfprt.rendering.uniforms import set_camera, set_light, set_uniforms
+from sdfprt.rendering.units import SAMPLERS, Unit
+from sdfprt.tables.vertex import VertexTable, rows
+
+_TABLE = 1  # binding of the table, as in gouraud_vertex.glsl
+_CHUNK = 65_536  # samples that numpy shades at once
+
+
+@in_render_thread
+def draw(scene: MeshScene, table: VertexTable, light: Light, shot: Shot) -> Frame:
+    """Draw with transfer of vertices, by OpenGL. Raises SdfprtError without OpenGL, and where the picture is not finite."""
+    gl = context()
+    coefficients, strength = light_coefficients(light, shot, table.bands)
+    options, material = shot.lighting, shot.material
+    bands, results = options.light_bands or table.bands, options.result_bands or table.bands
+    variant = Variant(lobes_of(material), bands, results, options.product == "tpfl")
+    program = programs().gouraud_program(table.bands, variant)
+    buffers: MeshBuffers = programs().meshes.get(scene.hash + scene.look, lambda: MeshBuffers(scene))
+    back = gl.buffer(rows(scene)[2].tobytes())
+    padded = np.zeros((*table.transfer.shape[:2], -(-(table.bands**2) // 4) * 4), np.float32)
+    padded[..., : table.bands**2] = table.transfer
+    rows_there = gl.buffer(padded.tobytes())
+    array = buffers.array(program, (back, "1i", "otherRow"))
+    held: list = [array, back, rows_there, *set_light(program, variant, table.bands, coefficients)]
+    glossy = next((lobe for lobe in material.lobes if isinstance(lobe, Phong)), None)
+    # Where a file gives some parts a colour, the others have the scene's own material
+    albedo = parts(scene.material if scene.has_albedo else material).get("albedo", Diffuse().albedo)
+    exponent = parts(scene.material if scene.has_exponent else material).get("exponent")
+    set_uniforms(
+        program,
+        ("specular",),
+        channels=table.transfer.shape[1],
+        specular=glossy.specular if glossy else (0.0, 0.0, 0.0),
+    )
+    behind = programs().fixed_program(BACKGROUND) if shot.background else None
+    if behind is not None:
+        environment = environment_texture(gl, light)
+        held.append(environment)
+        set_uniforms(behind.program, toMap=light.rotation, environment=SAMPLERS["environment"])
+    pixels = np.zeros((shot.size[1], shot.size[0], 4), np.float32)
+    samples = shot.samples
+    try:
+        for tile in tiles(shot.size, samples):
+            target = programs().target(tile[2:])
+            target.light.clear()
+            if behind is not None:
+                target.light.use()
+                environment.use(Unit.ENVIRONMENT)
+                set_camera(behind.program, shot.camera, (*tile[:2], *shot.fine))
+                behind.draw()
+            target.closed.clear(depth=1.0)
+            target.lit.use()
+            rows_there.bind_to_storage_buffer(_TABLE)
+            mesh_surface.place_camera(program, scene, shot.camera, tile, shot.fine)
+            with mesh_surface.rasterising("<"):
+                for group in buffers.groups:
+                    mesh_surface.dress(program, scene, buffers, group, albedo, exponent)
+                    for other in (False, True) if group.two_sided else (False,):
+                        set_uniforms(program, otherSide=other)
+                        array.render(moderngl.TRIANGLES, vertices=group.count, first=group.first)
+            x, y, width, height = (v // samples for v in tile)
+            fine = read(target.radiance).reshape(height, samples, width, samples, 4)
+            pixels[y : y + height, x : x + width] = fine.mean(axis=(1, 3)) if samples > 1 else fine[:, 0, :, 0]
+    finally:
+        for thing in held:
+            thing.release()
+    checked(pixels, scene)
+    return Frame(pixels[..., :3], pixels[..., 3], strength)
+
+
+def draw_by_rays(scene: MeshScene, table: VertexTable, light: Light, shot: Shot) -> Frame:
+    """The same picture by rays and numpy."""
+    shot.refuse_beyond("vertex storage without OpenGL", "dering", "light_bands", "result_bands")
+    coefficients, strength = light_coefficients(light, shot, table.bands)
+    seen = rays.seen(scene, shot.camera, shot.size, shot.samples)
+    back = rows(scene)[2]
+    flipped = (seen.normals * scene.interpolated(scene.normals, seen.faces, seen.weights)).sum(1) < 0
+    albedo = scene.albedo(seen.faces, seen.weights) if scene.has_albedo else None
+    values = np.zeros((len(seen.points), 3))
+    for first in range(0, len(values), _CHUNK):
+        part = slice(first, first + _CHUNK)
+        corners = scene.faces[seen.faces[part]]
+        shares = np.column_stack([1 - seen.weights[part].sum(1), seen.weights[part]])
+        exponent = scene.exponent(seen.faces[part]) if scene.has_exponent else None
+        for k in range(3):
+            lit = _lit(scene, table, corners[:, k], flipped[part], back, coefficients, shot, exponent)
+            own = np.ones(3) if albedo is None else albedo[part]
+            values[part] += shares[:, k : k + 1] * (own * lit[0] + lit[1])
+    values[seen.dark] = 0
+    fine = np.zeros((*seen.mask.shape, 4), np.float32)
+    fine[seen.mask] = np.column_stack([values, np.ones(len(values))])
+    if shot.background:
+        directions = shot.camera.rays(shot.size, shot.samples)[1]
+        fine[~seen.mask, :3] = light.radiance(directions[~seen.mask])
+    cells = (shot.size[1], shot.samples, shot.size[0], shot.samples, 4)
+    pixels = checked(fine.reshape(cells).mean(axis=(1, 3)), scene)
+    return Frame(pixels[..., :3], pixels[..., 3], strength)
+
+
+def _lit(
+    scene: MeshScene,
+    table: VertexTable,
+    vertices: Int[ndarray, "n"],
+    flipped: ndarray,
+    back: Int[ndarray, "v"],
+    light: Float[ndarray, "j 3"],
+    shot: Shot,
+    exponent: ndarray | None,
+) -> tuple[ndarray, ndarray]:
+    """Diffuse and glossy radiance of vertices; diffuse without albedo where the scene's file has its own."""
+    normals = np.where(flipped[:, None], -1, 1) * scene.normals[vertices]
+    transfer = table.transfer[np.where(flipped, np.maximum(back[vertices], 0), vertices)]
+    outgoing = np.asarray(shot.camera.eye) - scene.vertices[vertices]
+    outgoing = outgoing / np.linalg.norm(outgoing, axis=1, keepdims=True)
+    found = [np.zeros((len(vertices), 3)), np.zeros((len(vertices), 3))]
+    for lobe in shot.material.lobes:
+        own = np.ones((len(vertices), 3)) if isinstance(lobe, Diffuse) and scene.has_albedo else None
+        which = 0 if isinstance(lobe, Diffuse) else 1
+        for c in range(transfer.shape[1]):
+            both = shading.shade(transfer[:, c], normals, outgoing, light, lobe, shot.lighting.result_bands, own, exponent)
+            columns = slice(None) if transfer.shape[1] == 1 else slice(c, c + 1)
+            found[which][:, columns] += both[:, columns]
+    return found[0], found[1]

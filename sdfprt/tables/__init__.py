@@ -1,0 +1,1 @@
+"""What holds transfer beside a network: tables, a row a vertex."""

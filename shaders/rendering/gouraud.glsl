@@ -1,0 +1,19 @@
+// Vertex storage: what the vertices have gathered, interpolated (Gouraud 1971); albedo, with its picture, a sample.
+in vec3 diffuseLightHere;
+in vec3 glossyLightHere;
+in vec2 pictureAt;
+in vec3 vertexPaint;
+uniform vec3 finishAlbedo;
+uniform bool painted;            // by a picture
+uniform sampler2D picture;       // linear when read
+uniform bool otherSide;          // of a triangle with two sides; a closed body seen from inside is dark
+uniform bool twoSided;
+layout(location = 0) out vec4 radiance;
+
+void main() {
+    if (twoSided && gl_FrontFacing == otherSide) discard;
+    vec3 colour = finishAlbedo * vertexPaint;
+    if (painted) colour *= textureLod(picture, vec2(pictureAt.x, 1.0 - pictureAt.y), 0.0).rgb;
+    bool dark = !twoSided && !gl_FrontFacing;
+    radiance = vec4(dark ? vec3(0.0) : colour * diffuseLightHere + glossyLightHere, 1.0);
+}

@@ -267,6 +267,8 @@ def _value(file: File, variable: Variable, number: int) -> str | None:
 def _filled(file: File, kind: str, number: int, identity: bool, depth: int) -> str | None:
     """A value of a type with every component `number`."""
     if BUILT_IN_TYPE.match(kind):
+        if number and "vec" in kind and kind[0] != "u":  # no symmetry of a distance shall hide what a trial value does
+            return f"{kind}({', '.join(map(str, (number, 1 - number, number + 1, -number)[: int(kind[-1])]))})"
         return f"{kind}({1 if identity and kind.startswith('mat') else number})"
     if kind not in file.structs or depth > 8:
         return None

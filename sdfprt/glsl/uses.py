@@ -2,6 +2,7 @@
 
 import functools
 from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -67,11 +68,15 @@ class Program:
 
     def closure(self, names: Iterable[str]) -> set[str]:
         """The functions and all that they call, however far."""
-        return _spread(names, {name: use.calls & self.named.keys() for name, use in self.uses.items()}) & self.named.keys()
+        return _spread(names, self._own_calls) & self.named.keys()
 
     def callers(self, names: Iterable[str]) -> set[str]:
         """The functions and all that come to call them, however far."""
         return _spread(names, self.called_by)
+
+    @functools.cached_property
+    def _own_calls(self) -> Mapping[str, AbstractSet[str]]:
+        return {name: use.calls & self.named.keys() for name, use in self.uses.items()}
 
     @functools.cached_property
     def called_by(self) -> Mapping[str, set[str]]:

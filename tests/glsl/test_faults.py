@@ -161,3 +161,9 @@ def test_what_no_browser_can_do_is_named(tmp_path: Path) -> None:
 def test_a_sound_file_has_nothing_said_of_it(tmp_path: Path) -> None:
     _, said = load(tmp_path, "float size = 0.5;\nfloat g;\nfloat sdf(vec3 p) { g = length(p); return g - size; }")
     assert "note" not in said and "problem" not in said
+
+
+def test_a_global_whose_effect_a_symmetry_might_hide_is_named(tmp_path: Path) -> None:
+    text = """vec3 wall;
+    float map(vec3 p) { p = abs(p); float t = dot(p, wall); if (t < 0.0) p -= 2.0 * t * wall; return length(p - 0.3) - 0.2; }"""
+    assert "global wall is read before it is written; it begins at zero" in load(tmp_path, text)[1]

@@ -18,5 +18,5 @@ float layers(vec3 p) {
 float sdf(vec3 p) {
     float stone = length(p * vec3(1.0, 1.25, 1.1)) - 0.62;
     float ground = p.y + 0.55 - 0.04 * layers(6.0 * p);
-    return 0.5 * max(min(stone - 0.3 * (layers(2.7 * p) - 0.4), ground), max(max(abs(p.x), abs(p.z)) - 0.95, -0.75 - p.y));
+    return 0.33 * max(min(stone - 0.3 * (layers(2.7 * p) - 0.4), ground), max(max(abs(p.x), abs(p.z)) - 0.95, -0.75 - p.y));
 }

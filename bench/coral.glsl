@@ -26,5 +26,5 @@ float sdf(vec3 p) {
         radius *= 0.72;
         height *= 0.78;
     }
-    return 0.5 * (d - 0.035 * noise(17.0 * p) - 0.015 * noise(41.0 * p + 9.0));
+    return 0.28 * (d - 0.035 * noise(17.0 * p) - 0.015 * noise(41.0 * p + 9.0));
 }

@@ -48,6 +48,11 @@ def plain(scene: Scene, origins: np.ndarray, ways: np.ndarray) -> np.ndarray:
     """Visibility by half steps, one ray beside the other, until each has left the bounds or met the surface."""
     low, high = (np.asarray(b, np.float32) for b in scene.bounds)
     clear, t = np.zeros(len(ways), bool), np.zeros(len(ways), np.float32)
+    # What counts as met: less where a ray begins so near, in a crease or where the field is a fraction of the distance
+    begins = scene.distance(origins) * scene.step
+    near = np.where(
+        begins > 0, np.minimum(settings.Trace.epsilon * scene.diagonal, 0.5 * begins), settings.Trace.epsilon * scene.diagonal
+    )
     moving = np.arange(len(ways))
     for _ in range(4 * settings.Trace.steps):
         at = origins[moving] + t[moving, None] * ways[moving]
@@ -57,7 +62,7 @@ def plain(scene: Scene, origins: np.ndarray, ways: np.ndarray) -> np.ndarray:
         if len(moving) == 0:
             break
         d = scene.distance(at) * scene.step
-        free = d >= settings.Trace.epsilon * scene.diagonal
+        free = d >= near[moving]
         moving = moving[free]
         t[moving] += 0.5 * d[free]
     return clear

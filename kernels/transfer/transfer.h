@@ -1,6 +1,20 @@
-// Transfer of SDFPRT_GROUP points an item: T_i = integral of V max(n.w, 0) y_i(w) dw by cosine-weighted directions, an R2 sequence
-// shifted differently at each point. Rays begin where empty balls end, along the normal and then along the middle of each packet:
-// the creeping zone is never marched.
+// Transfer of an SDF, SDFPRT_GROUP points an item: T_i = integral of V max(n.w, 0) y_i(w) dw by cosine-weighted directions, an R2
+// sequence shifted differently at each point (projection.h).
+//
+//   1  balls      of each point: the empty balls along its normal, through which its rays need not march
+//   then for each batch of SDFPRT_SHARE rays a point:
+//   2  directions each ray's direction, how far the balls have it free (t), and where it leaves the bounds (far)
+//   3  skip       on past empty balls along the middle of each packet of directions (packets.h)
+//   4  trace      the rays, by two queues (packets.h); `free` becomes 0 where a ray meets the surface
+//   5  project    the SH basis at the directions of free rays, added up (projection.h)
+//   6  mean       of the sums, times pi, since directions are drawn with density cos / pi
+//
+// Nothing moves from one item to another. Inside, lengths are in sides of the coarse cells (1 / scale scene units), places are from the
+// first corner of the lattice; the arguments offset and near are in scene units.
+
+// Balls along the normal: the first at the origin o itself, the next at twice its height above the surface, each of the others
+// 1.7 times as high: less than the 2 to which a ball above a plane reaches, so that they overlap. Eight fill a packet.
+constexpr float LOG_BALL_GROWTH = 0.530628f;  // the logarithm of 1.7
 {
     const int begin = item * SDFPRT_GROUP, members = total - begin < SDFPRT_GROUP ? total - begin : SDFPRT_GROUP;
     Packets packets;
@@ -13,10 +27,10 @@
     for (int g = 0; g < members; g++)
         for (int i = 0; i < bands * bands; i++) sum[g][i] = Simd::splat(0.0f);
 
-    // Empty balls of each point: centres o + h n, the first at o itself, then h growing by 1.7 a ball
+    // 1: empty balls of each point, with centres o + h n
     const int NEAR = SDFPRT_LANES == 1 ? 16 : 8;
     float height[NEAR];
-    for (int k = 0; k < NEAR; k++) height[k] = k == 0 ? 0.0f : 2.0f * offset * scale * expf(0.530628f * (float)(k - 1));
+    for (int k = 0; k < NEAR; k++) height[k] = k == 0 ? 0.0f : 2.0f * offset * scale * expf(LOG_BALL_GROWTH * (float)(k - 1));
     Balls balls[SDFPRT_GROUP];
     for (int g = 0; g < members; g++) {
         const float* p = points.data + 3 * (begin + g);
@@ -30,7 +44,8 @@
         Tracer::clip(x, y, z, u, v, w, bounds, enter, leave);
         for (int first = 0; first < NEAR && shadowed; first += SDFPRT_LANES) {
             const F h = Simd::max(Simd::min(Simd::fill(height + first), leave), Simd::splat(0.0f));
-            balls[g].set(first, h, packets.around(Simd::mad(h, u, x), Simd::mad(h, v, y), Simd::mad(h, w, z), 2.0f * near * scale, step));
+            const F px = Simd::mad(h, u, x), py = Simd::mad(h, v, y), pz = Simd::mad(h, w, z);
+            balls[g].set(first, h, packets.ball(px, py, pz, 2.0f * near * scale, step));
         }
         // Less where o itself lies so near, in a crease
         const float half = shadowed ? 0.5f * balls[g].radius[0] : 0.0f;
@@ -40,6 +55,7 @@
     for (int batch = 0; batch < rays; batch += SDFPRT_SHARE) {
         const int share = rays - batch < SDFPRT_SHARE ? rays - batch : SDFPRT_SHARE;
         const int padded = (share + SDFPRT_LANES - 1) / SDFPRT_LANES * SDFPRT_LANES;
+        // 2: directions, and how far each ray is free
         for (int g = 0; g < members; g++) {
             const Directions directions(normals.data + 3 * (begin + g), numbers.data[begin + g], seed, sequence.data, rays);
             for (int first = 0; first < padded; first += SDFPRT_LANES) {
@@ -62,17 +78,20 @@
                 Packets::spill(packets.far + at, leave);
             }
         }
+        // 3 and 4: which rays are free
 #if SDFPRT_LANES > 1
-        if (shadowed) packets.pass(bounds, offset * scale, step, members, padded);
+        if (shadowed) packets.skip(bounds, offset * scale, step, members, padded);
 #endif
         if (shadowed) packets.trace(step, steps, members, padded);
 
+        // 5: their basis
         for (int g = 0; g < members; g++) {
             const int at = g * SDFPRT_SHARE;
             const Fan fan = {packets.dx + at, packets.dy + at, packets.dz + at, packets.free + at};
             projection.add(fan, padded, bands, recurrence.data, sum[g]);
         }
     }
+    // 6: the mean
     for (int g = 0; g < members; g++)
         for (int i = 0; i < bands * bands; i++) {
             float all = 0.0f;

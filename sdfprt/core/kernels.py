@@ -28,7 +28,7 @@ from sdfprt.core.stack import with_deep_stack
 wp.config.log_level = wp.LOG_ERROR  # standard output is for results
 if (_compiled := kernel_folder(wp.config.version)) is not None:
     wp.config.kernel_cache_dir = str(_compiled)
-LANES = 16  # of a packet on the CPU, as in kernels/simd.h; arrays of rays are padded to whole packets everywhere
+LANES = 16  # of a packet on the CPU, as in kernels/core/simd.h; arrays of rays are padded to whole packets everywhere
 FLOATS, WHOLES = wp.array(dtype=float), wp.array(dtype=int)  # kinds of arguments
 DEVICE = "SDFPRT_DEVICE"
 # Packets are vectors already: what the compiler makes of the scalar parts costs more than it spares. Warp's own limits for inlining

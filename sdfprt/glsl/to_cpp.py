@@ -1,4 +1,4 @@
-"""SPIR-V to C++ that is generic in its value type: 16 lanes on the CPU, one on CUDA (kernels/simd.h).
+"""SPIR-V to C++ that is generic in its value type: 16 lanes on the CPU, one on CUDA (kernels/core/simd.h).
 
 Memory stays memory: a GLSL variable is a C array of its scalar leaves. Control flow is predicated: a mask says which
 lanes are here, exits (break, continue, return) take lanes out of it, loops run while a lane is alive. What is the same

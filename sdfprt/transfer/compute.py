@@ -21,7 +21,7 @@ from sdfprt.transfer.projection import LANES
 
 _CHUNK = 16_384  # points a launch
 MAX_BANDS, MAX_RAYS = 8, 1 << 20
-GROUP = 32  # points an item, 4 where it has one lane, as SDFPRT_GROUP in kernels/packets.h
+GROUP = 32  # points an item, 4 where it has one lane, as SDFPRT_GROUP in kernels/transfer/packets.h
 
 
 def kernel(scene: Scene) -> Any:
@@ -29,7 +29,7 @@ def kernel(scene: Scene) -> Any:
     flat, whole = kernels.FLOATS, kernels.WHOLES
     return kernels.build(
         scene.native,
-        ("sdf/trace.h", "sdf/lattice.h", "transfer/front.h", "transfer/packets.h", "transfer/projection.h", "transfer/transfer.h"),
+        ("sdf/trace.h", "sdf/lattice.h", "transfer/queue.h", "transfer/packets.h", "transfer/projection.h", "transfer/transfer.h"),
         {
             "points": flat, "normals": flat, "out": flat, "box": flat, "recurrence": flat, "sequence": flat,
             "records": whole, "clear": whole, "frame": flat, "numbers": whole, "bands": int, "rays": int, "seed": int,

@@ -1,4 +1,5 @@
-// Rays under way, packed: read, moved on and written back packet by packet, which do not wait for each other.
+// A queue of rays under way. It is read packet by packet from the front and written anew from the front, rays that ended left out:
+// packets stay full and do not wait for each other. Lengths are those of packets.h.
 #if SDFPRT_LANES == 1
 #define SDFPRT_BATCH 16
 #define SDFPRT_ROOM (SDFPRT_BATCH + 1)
@@ -7,24 +8,27 @@
 #define SDFPRT_ROOM (SDFPRT_BATCH + 80)  // more than a packet, which is written whole; rows do not fall on the same cache lines
 #endif
 
-struct Front : Simd {
+struct RayQueue : Simd {
     struct Rays {
-        F x, y, z, u, v, w;  // origin, unit direction
-        F s, end, touch;     // how far along it is, where it leaves the bounds, the distance that has met the surface
-        F before, came;      // how far it was free before the last step, and that step
-        I ray, sector;       // its number, and that of its direction, as in Lattice
+        F x, y, z, u, v, w;   // origin, unit direction
+        F s, end;             // how far along the ray is, and where it leaves the bounds
+        F hit_radius;         // within so much of the surface it has met it
+        F last_radius;        // of the empty ball about the place before
+        F last_step;          // from that place to this one; 0 at first, and after a gap
+        I ray, sector;        // its number, and that of its direction, as in Lattice
     };
     float x[SDFPRT_ROOM], y[SDFPRT_ROOM], z[SDFPRT_ROOM], u[SDFPRT_ROOM], v[SDFPRT_ROOM], w[SDFPRT_ROOM];
-    float s[SDFPRT_ROOM], end[SDFPRT_ROOM], touch[SDFPRT_ROOM], before[SDFPRT_ROOM], came[SDFPRT_ROOM];
+    float s[SDFPRT_ROOM], end[SDFPRT_ROOM], hit_radius[SDFPRT_ROOM], last_radius[SDFPRT_ROOM], last_step[SDFPRT_ROOM];
     int ray[SDFPRT_ROOM], sector[SDFPRT_ROOM];
     int count;
 
     inline CUDA_CALLABLE Rays at(int i) const {
-        return {fill(x + i),   fill(y + i),     fill(z + i),      fill(u + i),    fill(v + i),   fill(w + i),     fill(s + i),
-                fill(end + i), fill(touch + i), fill(before + i), fill(came + i), fill(ray + i), fill(sector + i)};
+        return {fill(x + i),          fill(y + i),           fill(z + i),         fill(u + i),   fill(v + i),
+                fill(w + i),          fill(s + i),           fill(end + i),
+                fill(hit_radius + i), fill(last_radius + i), fill(last_step + i), fill(ray + i), fill(sector + i)};
     }
 
-    // Adds those of a packet whose bits are set. While a front is read, what stays is written over what has been read.
+    // Adds those of a packet whose bits are set. While a queue is read, what stays is written over what has been read.
     __attribute__((always_inline)) inline CUDA_CALLABLE void add(const Rays& rays, unsigned keep) {
         const I order = packing(keep);
         spill(x + count, permute(rays.x, order));
@@ -35,9 +39,9 @@ struct Front : Simd {
         spill(w + count, permute(rays.w, order));
         spill(s + count, permute(rays.s, order));
         spill(end + count, permute(rays.end, order));
-        spill(touch + count, permute(rays.touch, order));
-        spill(before + count, permute(rays.before, order));
-        spill(came + count, permute(rays.came, order));
+        spill(hit_radius + count, permute(rays.hit_radius, order));
+        spill(last_radius + count, permute(rays.last_radius, order));
+        spill(last_step + count, permute(rays.last_step, order));
         spill(ray + count, permute(rays.ray, order));
         spill(sector + count, permute(rays.sector, order));
         count += ones_of(keep);

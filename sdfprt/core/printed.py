@@ -8,7 +8,7 @@ import tempfile
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
-from typing import TextIO
+from typing import Any
 
 _LOCK = threading.RLock()
 _MOST = 1 << 16  # bytes of what was printed that are looked at
@@ -17,7 +17,7 @@ _MOST = 1 << 16  # bytes of what was printed that are looked at
 class _OfThread(io.TextIOBase):
     """Keeps what this thread writes, and hands on what the others do."""
 
-    def __init__(self, stream: TextIO, kept: io.StringIO) -> None:
+    def __init__(self, stream: Any, kept: io.StringIO) -> None:
         self.stream, self.kept, self.thread = stream, kept, threading.get_ident()
 
     def write(self, text: str) -> int:

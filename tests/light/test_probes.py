@@ -1,5 +1,6 @@
 """What a light's picture may show, and lights that are odd: one texel, none, not finite, negative."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,41 @@ def sky(d: np.ndarray) -> np.ndarray:
     """Smooth, without any symmetry, everywhere above zero."""
     x, y, z = np.moveaxis(d, -1, 0)
     return np.stack([1 + 0.5 * x, 1 + 0.4 * y * z, 1.2 + 0.5 * z + 0.2 * y], -1).astype(np.float32)
+
+
+def face(name: str, side: int = SIDE) -> np.ndarray:
+    """One face of a cube, by its axes: towards it, to the right, down."""
+    towards, right, down = probes._FACES[name]
+    grid = (np.arange(side) + 0.5) / side * 2 - 1
+    d = np.asarray(towards) + grid[None, :, None] * np.asarray(right) + grid[:, None, None] * np.asarray(down)
+    return sky(d / np.linalg.norm(d, axis=-1, keepdims=True))
+
+
+def level_cross(corner: float = 0.0) -> np.ndarray:
+    s = SIDE
+    picture = np.full((3 * s, 4 * s, 3), corner, np.float32)
+    for name, (r, c) in {"+y": (0, 1), "-x": (1, 0), "+z": (1, 1), "+x": (1, 2), "-z": (1, 3), "-y": (2, 1)}.items():
+        picture[r * s : (r + 1) * s, c * s : (c + 1) * s] = face(name)
+    return picture
+
+
+def upright_cross(corner: float = 0.0) -> np.ndarray:
+    s = SIDE
+    picture = np.full((4 * s, 3 * s, 3), corner, np.float32)
+    for name, (r, c) in {"+y": (0, 1), "-x": (1, 0), "+z": (1, 1), "+x": (1, 2), "-y": (2, 1), "-z": (3, 1)}.items():
+        picture[r * s : (r + 1) * s, c * s : (c + 1) * s] = face(name)[::-1, ::-1] if name == "-z" else face(name)
+    return picture
+
+
+def disc(radius_to_angle: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """A probe whose centre looks along +z, +x on the left; black outside."""
+    side = 128
+    y, x = np.mgrid[:side, :side]
+    left, up = 1 - 2 * (x + 0.5) / side, 1 - 2 * (y + 0.5) / side
+    r = np.hypot(left, up)
+    angle = radius_to_angle(np.minimum(r, 1))
+    d = np.stack([np.sin(angle) * left / r, np.sin(angle) * up / r, np.cos(angle)], -1)
+    return np.where((r <= 1)[..., None], sky(d), 0).astype(np.float32)
 
 
 def shows_the_sky(light: Light, atol: float = 0.03) -> bool:
@@ -58,7 +94,7 @@ def test_corners_may_have_any_one_colour(tmp_path: Path, corner: float) -> None:
 
 
 def test_corners_without_alpha_are_empty(tmp_path: Path) -> None:
-    alpha = (level_cross(-1) >= 0).all(axis=2).astype(np.float32)
+    alpha = np.asarray((level_cross(-1) >= 0).all(axis=2), np.float32)
     noise = np.random.default_rng(0).random(level_cross().shape).astype(np.float32)
     image.write(tmp_path / "a.exr", np.where(alpha[..., None] > 0, level_cross(), noise), alpha=alpha)
     assert shows_the_sky(Light.load(tmp_path / "a.exr"))

@@ -29,7 +29,7 @@ ROUGH = ("coral.glsl", "boulder.glsl")  # hash noise: a ray must meet the surfac
 
 
 def directions(normals: np.ndarray, rays: int, seed: int = 0) -> np.ndarray:
-    """The rays of kernels/transfer.h, (N, rays, 3): R2 points shifted by a hash of the point's number."""
+    """The rays of kernels/transfer/projection.h, (N, rays, 3): R2 points shifted by a hash of the point's number."""
     s = np.arange(len(normals), dtype=np.uint32) * np.uint32(2654435761) ^ np.uint32(seed * 2246822519 % 2**32)
     s ^= s >> np.uint32(16)
     s *= np.uint32(0x7FEB352D)

@@ -1,6 +1,19 @@
-// Path tracing of the SDF itself: item = a packet of the camera's rays; through the first hit of each go packets of stratified
-// light paths. One light sample and one lobe sample a vertex, combined by the balance heuristic (Veach 1997, Sec. 9.2).
-// The tracer is its own on purpose: nothing of the fast tracers' is shared, so that each can check the other.
+// Path tracing of the SDF itself: an item is a packet of the camera's rays. Through the first hit of each go packets of stratified
+// light paths; at a vertex one sample is drawn towards the light and one along the lobe, and the balance heuristic combines the two
+// (Veach 1997, Sec. 9.2). The tracer is its own on purpose: it shares nothing with the fast ones, so that each can check the other.
+//
+//   1  first hits   one a lane: from the entry face of the bounds, then a few steps onto the surface; alpha, points, normals
+//   2  balls        the empty balls above each first hit, through which paths need not march
+//   then until every packet of every hit has been through, SDFPRT_PATHS paths side by side:
+//   3  begin        whole packets of paths at the first hits, with their random numbers; `owner` says whose a packet is
+//   4  vertex       for each path: normal, colour, and two rays with the light that each would bring (`gain`)
+//   5  march        all those rays, packed anew every Rays::STEPS steps
+//   6  gather       `gain` of the rays that are free goes to `radiance`; the lobe's ray that met the surface is the path's next
+//                   vertex, by Russian roulette after three bounces. Back to 4 while paths are left and bounces too
+//   7  mean         of each packet, and its square, added to the sums of its hit: from both comes the error of the picture
+//
+// A path keeps its number in the batch and the state of its random numbers as it moves up in the arrays, so that what it draws
+// depends on its packet alone. Lengths are scene units; distances are the field's, times the scene's step where they are steps.
 #if SDFPRT_LANES == 1
 #define SDFPRT_PATHS 4  // that go on side by side; the more, the fewer lanes are idle
 #else
@@ -272,7 +285,7 @@ struct Paths : Simd {
     Rays rays;
     Paths paths;
 
-    // First hits, one a lane: on the entry face of the bounds, or by marching, then a few steps onto the surface
+    // 1: first hits, one a lane: on the entry face of the bounds, or by marching, then a few steps onto the surface
     const int base = item * SDFPRT_LANES, members = total - base < SDFPRT_LANES ? total - base : SDFPRT_LANES;
     float way[3][SDFPRT_LANES], point[3][SDFPRT_LANES], normal[3][SDFPRT_LANES];
     for (int c = 0; c < 3; c++)
@@ -309,7 +322,7 @@ struct Paths : Simd {
     }
 
     for (int next = 0; next < members * packets;) {
-        // Whole packets from the first hits
+        // 3: whole packets from the first hits
         int owner[SDFPRT_PATHS / SDFPRT_LANES], begun = 0;
         for (; begun < SDFPRT_PATHS && next < members * packets; next++) {
             const int g = next / packets;
@@ -327,7 +340,7 @@ struct Paths : Simd {
 
         int count = begun;
         for (int depth = 0; depth <= bounces && count > 0; depth++) {
-            // Two rays from each vertex
+            // 4: two rays from each vertex
             for (int first = 0; first < count; first += SDFPRT_LANES) {
                 const M live = Simd::lt(Simd::lanes(), Simd::splat(count - first));
                 const F dx = Simd::fill(paths.dx + first), dy = Simd::fill(paths.dy + first), dz = Simd::fill(paths.dz + first);
@@ -373,7 +386,7 @@ struct Paths : Simd {
             }
             rays.march(stage);
 
-            // Light where a ray is free; on from where the lobe's ray met the surface, by Russian roulette after three bounces
+            // 6: light where a ray is free; on from where the lobe's ray met the surface, by roulette after three bounces
             int kept = 0;
             for (int first = 0; first < count; first += SDFPRT_LANES) {
                 const F shadow = Simd::fill(rays.found + first), found = Simd::fill(rays.found + SDFPRT_PATHS + first);

@@ -19,8 +19,8 @@ from sdfprt.core import kernels
 from sdfprt.network.mlp import SLOPE, activate
 
 _PARTS = 2  # of a batch, side by side; however many cores there are, so that the sums stay the same
-_TILE, _LAYERS = 64, 32  # as in kernels/gradient.h
-_QUINTIC = ((3.4445, -4.7750, 2.0315),) * 5  # as in kernels/orthogonal.h
+_TILE, _LAYERS = 64, 32  # as in kernels/network/gradient.h
+_QUINTIC = ((3.4445, -4.7750, 2.0315),) * 5  # as in kernels/network/orthogonal.h
 
 
 class Descent(NamedTuple):
@@ -97,7 +97,7 @@ def _by_kernels(
     target: Tensor,
     slopes: Tensor,
 ) -> Descent:
-    """The same by kernels/gradient.h and orthogonal.h, whose arrays are the tensors' own memory."""
+    """The same by kernels/network/gradient.h and orthogonal.h, whose arrays are the tensors' own memory."""
     total = len(weights) + len(biases)
     found, directions = torch.empty(_PARTS, total), torch.empty_like(weights)
     matrix, batch = torch.empty_like(weights), torch.empty(0, dtype=torch.int32)

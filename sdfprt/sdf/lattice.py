@@ -18,7 +18,7 @@ from sdfprt.sdf.scene import Scene
 
 _KEEP = 4  # lattices in memory
 _CHUNK = 1 << 18  # samples, or cells, at once
-CUT = 4  # finer cells along a side of a cell, as in kernels/lattice.h
+CUT = 4  # finer cells along a side of a cell, as in kernels/sdf/lattice.h
 _LEVELS = 3
 _SIDES = np.array(list(product((0, 1), repeat=3)))[:, ::-1]  # x, y, z of a cell's corners, x fastest
 _MIDDLE = np.full((1, 3), 0.5)
@@ -49,7 +49,7 @@ class Lattice:
 
     @property
     def frame(self) -> list[float]:
-        """What kernels/lattice.h reads: coarse cells along x and y; origin; cell; unit; error."""
+        """What kernels/sdf/lattice.h reads: coarse cells along x and y; origin; cell; unit; error."""
         return [*map(float, self.counts[:2]), *self.origin, self.cell, self.unit, self.error]
 
 

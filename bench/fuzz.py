@@ -1,21 +1,39 @@
-"""Does damaged GLSL ever do worse than one clear error? Scenes of the library, damaged at random, from text to distances.
+"""Do damaged files ever do worse than one clear error? GLSL of the library, or assets, scene.toml, meshes and lights.
 
 They run in another process, so that a crash or a hang is seen: the seed and what happened are printed.
 """
 
 import argparse
 import platform
+import tempfile
 import time
+import warnings
+from collections.abc import Callable
 from multiprocessing import Pipe, get_context
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
+from pathlib import Path
 
 import numpy as np
 
 from sdfprt.core.resources import folder
 
 
-def work(pipe: Connection) -> None:
+def work_on_files(pipe: Connection) -> None:
+    """Seeds in, outcomes out: assets, scene.toml, meshes, lights."""
+    import fuzz_files
+
+    warnings.simplefilter("ignore")
+    while True:
+        seed = pipe.recv()
+        try:
+            with tempfile.TemporaryDirectory() as folder:
+                pipe.send(fuzz_files.outcome(*fuzz_files.damaged(seed), Path(folder)))
+        except Exception as error:
+            pipe.send(f"{type(error).__name__}: {str(error)[:300]}")
+
+
+def work_on_glsl(pipe: Connection) -> None:
     """Seeds in, outcomes out."""
     import warp as wp
     from fuzz_glsl import damaged, outcome
@@ -31,7 +49,7 @@ def work(pipe: Connection) -> None:
             pipe.send(f"{type(error).__name__}: {str(error)[:300]}")
 
 
-def started() -> tuple[BaseProcess, Connection]:
+def started(work: Callable[[Connection], None]) -> tuple[BaseProcess, Connection]:
     ours, theirs = Pipe()
     process = get_context("spawn").Process(target=work, args=(theirs,), daemon=True)
     process.start()
@@ -44,9 +62,11 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=3600)
     parser.add_argument("--seed", type=int, default=0, help="of the first file")
     parser.add_argument("--limit", type=float, default=60, help="seconds a file may take")
+    parser.add_argument("--what", choices=("glsl", "files"), default="glsl")
     options = parser.parse_args()
-    start, seed, counts, slowest = time.perf_counter(), options.seed, {"scene": 0, "refused": 0, "wrong": 0}, 0.0
-    process, pipe = started()
+    work = work_on_files if options.what == "files" else work_on_glsl
+    start, seed, counts, slowest = time.perf_counter(), options.seed, {"scene": 0, "read": 0, "refused": 0, "wrong": 0}, 0.0
+    process, pipe = started(work)
     while time.perf_counter() - start < options.seconds:
         begun = time.perf_counter()
         pipe.send(seed)
@@ -57,7 +77,7 @@ def main() -> None:
             said = f"crashed with exit code {process.exitcode}"
         if said.startswith(("longer", "crashed")):
             process.kill()
-            process, pipe = started()
+            process, pipe = started(work)
         slowest = max(slowest, time.perf_counter() - begun)
         counts[said if said in counts else "wrong"] += 1
         if said not in counts:

@@ -41,10 +41,11 @@ def connect(address: str) -> Iterator[Any]:
         raise SdfprtError(f"--cluster {address}: expected a scheduler's address, such as tcp://127.0.0.1:8786")
     try:
         client = Client(address, timeout=SECONDS, set_as_default=False)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, TypeError, RuntimeError) as error:  # the last three: TLS asked for by one side only
+        reason = " ".join(str(error).split()) or type(error).__name__
         raise SdfprtError(
-            f"--cluster {address}: no Dask scheduler answers there ({error}). Start one with `dask scheduler`, "
-            "workers with `dask worker ADDRESS`"
+            f"--cluster {address}: no Dask scheduler answers there ({reason}). Start one with `dask scheduler`, "
+            "workers with `dask worker ADDRESS`; docs/cluster.md says how certificates are named"
         ) from None
     try:
         try:

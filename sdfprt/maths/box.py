@@ -4,6 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from sdfprt.core.errors import SdfprtError
+
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 UNIT: Box = ((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
 
@@ -13,8 +15,11 @@ def diagonal(box: Box) -> float:
 
 
 def corner(values: Any) -> tuple[float, float, float]:
-    """Three numbers as a corner of a box."""
-    x, y, z = (float(value) for value in values)
+    """Three numbers as a corner of a box. Raises SdfprtError for anything else."""
+    try:
+        x, y, z = (float(value) for value in values)
+    except (TypeError, ValueError):
+        raise SdfprtError(f"{values!r}: expected three numbers, x, y and z") from None
     return (x, y, z)
 
 

@@ -43,6 +43,10 @@ def content(path: str | Path) -> Content:
         found = READERS[path.suffix.lower()](path)
     except MemoryError:
         raise SdfprtError(f"{path}: more triangles than this machine has memory for") from None
+    except SdfprtError:
+        raise
+    except Exception as error:  # a damaged file can break a reader anywhere
+        raise SdfprtError(f"{path}: not a whole {path.suffix[1:].upper()} file; it is damaged or cut short") from error
     if sum(len(part.faces) for part in found.parts) == 0:
         raise SdfprtError(f"{path}: no triangles in it")
     return found

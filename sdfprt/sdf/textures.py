@@ -35,6 +35,8 @@ class Texels:
 
 def check(values: ndarray, name: str, file: str) -> None:
     """Raise SdfprtError for an array that no sampler reads."""
+    if not isinstance(values, ndarray):
+        raise SdfprtError(f"{file}: texture {name} is a {type(values).__name__}; it must be a 3D array, float16 or float32")
     if values.ndim != 3 or not values.size or values.dtype not in (np.float16, np.float32):
         raise SdfprtError(f"{file}: texture {name} is {values.dtype} {values.shape}; it must be 3D float16 or float32")
 

@@ -17,6 +17,7 @@ from numpy import ndarray
 
 from sdfprt.core import kernels, settings
 from sdfprt.core.arguments import checked
+from sdfprt.core.cache import regular_file
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
 from sdfprt.core.limits import check_memory
@@ -227,7 +228,7 @@ def _key(scene: Scene, light: Light, *rest) -> str:
 
 def _load(checkpoint: Path | None, key: str, rays: int, tiles: int, keep: bool) -> _Sums:
     new = _Sums(np.zeros((rays, 3)), np.zeros((rays, 3)), np.zeros(rays), np.zeros(tiles, int))
-    if checkpoint is None or not checkpoint.exists():
+    if checkpoint is None or not regular_file(checkpoint):
         return new
     try:
         # Opened here: numpy leaves a damaged file open

@@ -1,0 +1,13 @@
+"""Damaged assets, scene.toml, meshes and lights are read or refused in one line, and leave nothing behind."""
+
+from pathlib import Path
+
+import fuzz_files
+import pytest
+
+FOUND = (5176, 8461)  # what fuzzing once broke stays mended: a camera of two numbers in scene.toml
+
+
+@pytest.mark.parametrize("seed", [*range(72), *FOUND])
+def test_a_damaged_file_is_read_or_refused(seed: int, tmp_path: Path):
+    assert fuzz_files.outcome(*fuzz_files.damaged(seed), tmp_path) in ("read", "refused")

@@ -18,6 +18,7 @@ import numpy as np
 
 from sdfprt.core import settings
 from sdfprt.maths import sh, sphere
+from sdfprt.maths.sequences import R2
 from sdfprt.sdf import lattice, surface, trace
 from sdfprt.sdf.folder import library
 from sdfprt.sdf.lattice import Lattice
@@ -37,8 +38,8 @@ def directions(normals: np.ndarray, rays: int, seed: int = 0) -> np.ndarray:
     s *= np.uint32(0x846CA68B)
     s ^= s >> np.uint32(16)
     number = np.arange(rays) + 0.5
-    u = np.mod(number * 0.7548776662 + (s & np.uint32(0xFFFF))[:, None] / 65536, 1)[..., None]
-    v = 2 * np.pi * np.mod(number * 0.5698402910 + (s >> np.uint32(16))[:, None] / 65536, 1)[..., None]
+    u = np.mod(number * R2[0] + (s & np.uint32(0xFFFF))[:, None] / 65536, 1)[..., None]
+    v = 2 * np.pi * np.mod(number * R2[1] + (s >> np.uint32(16))[:, None] / 65536, 1)[..., None]
     tangent, bitangent = (x[:, None] for x in sphere.frames(normals))
     radial = np.sqrt(u) * (np.cos(v) * tangent + np.sin(v) * bitangent)
     return (radial + np.sqrt(1 - u) * normals[:, None]).astype(np.float32)

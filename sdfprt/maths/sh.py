@@ -14,7 +14,7 @@ from numpy import ndarray
 
 from sdfprt.core.arguments import checked
 from sdfprt.core.errors import SdfprtError
-from sdfprt.maths import sphere
+from sdfprt.maths import sequences, sphere
 
 MAX_BANDS = 10
 
@@ -163,7 +163,7 @@ def dering(coefficients: Float[ndarray, "k c"]) -> tuple[Float[ndarray, "k c"], 
     if bands == 1:
         return coefficients, 0.0
     n = band_of(bands).astype(float)
-    dense = basis(sphere.uniform_sphere(sphere.low_discrepancy(6000)), bands)
+    dense = basis(sphere.uniform_sphere(sequences.low_discrepancy(6000)), bands)
 
     def windowed(s: float) -> ndarray:
         return coefficients / (1 + s * (n * (n + 1)) ** 2)[:, None]

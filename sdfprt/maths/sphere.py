@@ -59,13 +59,6 @@ def frames(normals: Float[ndarray, "*n 3"]) -> tuple[Float[ndarray, "*n 3"], Flo
     return tangent, np.stack([b, sign + y * y * a, -y], axis=-1)
 
 
-def low_discrepancy(count: int) -> Float[ndarray, "n 2"]:
-    """R2 sequence in the unit square: multiples of the powers of the plastic number (Roberts 2018)."""
-    plastic = 1.32471795724474602596
-    k = np.arange(count)[:, None] + 0.5
-    return (0.5 + k * np.array([1 / plastic, 1 / plastic**2])) % 1.0
-
-
 def uniform_sphere(uv: Float[ndarray, "*n 2"]) -> Float[ndarray, "*n 3"]:
     """Unit square to the sphere, equal areas."""
     z = 1 - 2 * uv[..., 0]

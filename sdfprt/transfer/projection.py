@@ -8,6 +8,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from sdfprt.maths.sequences import R2
+
 LANES = 8  # of a packet: kernels/core/simd.h packs them by a table
 SHIFTS = 16  # orders of a point's rays, as in kernels/transfer/projection.h
 
@@ -41,7 +43,7 @@ def sequence(rays: int) -> ndarray:
     Padded to whole packets by u of -1, which the kernel leaves out.
     """
     number = np.arange(rays) + 0.5
-    u, turn = number * 0.7548776662 % 1, 2 * np.pi * (number * 0.5698402910 % 1)
+    u, turn = number * R2[0] % 1, 2 * np.pi * (number * R2[1] % 1)
     rows = np.stack([u, np.cos(turn), np.sin(turn)])
     padding = np.full((3, -rays % LANES), -1.0)
     shifted = []

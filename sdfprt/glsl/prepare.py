@@ -66,6 +66,7 @@ def prepare(
     prelude: str = "",
     up: str = "y",
     entry: str = "",
+    cut: Any = None,
 ) -> Prepared:
     """Make the user's text ready; `rest` colours what `parts` leaves out. Raises GlslError with the user's file and line.
 
@@ -99,7 +100,10 @@ def prepare(
         begin = _begin(mended, setup, program.writes(functions))
         first = "sdfprt_begin(); " if begin else ""
         entry = replace(found, locals=first + found.locals)
-        distance = f"float {ENTRY}(vec3 p) {{ {turn}{first}{found.before} return {found.distance} - {offset!r}; }}\n"
+        before = f"{'vec3 sdfprt_at = p; ' if cut else ''}{turn}{first}{found.before}"
+        value = f"{found.distance} - {offset!r}"
+        value = f"max({value}, sdfprt_cut(sdfprt_at))" if cut else value
+        distance = f"{_cut(cut) if cut else ''}float {ENTRY}(vec3 p) {{ {before} return {value}; }}\n"
         made = [part_function(name, entry, parts, rest, file) for name in sorted(parted - own)]
         made += [carried_function(name, entry) for name in sorted(carried)]
         made += [_turned(name) for name in sorted(coloured)] if up == "z" else []
@@ -115,7 +119,7 @@ def prepare(
         setup = Setup("", frozenset(), tuple(sorted(setup.sets | set(setup.unknown))), setup.where)
         compiled = _compiled(header, mended.body, ours(setup), file, prelude_names)
     if compiled.missing:
-        again = prepare(glsl, file, own_folder, defines, offset, parts, rest, start, _prelude(own_folder), up, entry)
+        again = prepare(glsl, file, own_folder, defines, offset, parts, rest, start, _prelude(own_folder), up, entry, cut)
         return replace(again, notes=(*again.notes, f"read {PRELUDE} beside the file for {', '.join(compiled.missing)}"))
     notes = [
         *([found.invented] if found.invented else []),
@@ -348,6 +352,15 @@ def _turned(name: str) -> str:
     """The colour function `name` of the world, by the file's, whose vertical is z."""
     turn = f"{_TURNED.format('p')}{_TURNED.format('n')}"
     return f"#undef {name}\n{KINDS[name]} {name}(vec3 p, vec3 n) {{ {turn}return sdfprt_file_{name}(p, n); }}\n"
+
+
+def _cut(box: Any) -> str:
+    """The distance to a box in the world, within which alone there is a surface; its faces close what has no end."""
+    low, high = ([float(x) for x in corner] for corner in box)
+    center, half = ([(b + k * a) / 2 for a, b in zip(low, high, strict=True)] for k in (1, -1))
+    terms = [f"abs(p.{axis} - ({c!r})) - {h!r}" for axis, c, h in zip("xyz", center, half, strict=True)]
+    outside = "length(max(q, 0.0)) + min(max(q.x, max(q.y, q.z)), 0.0)"
+    return f"float sdfprt_cut(vec3 p) {{ vec3 q = vec3({', '.join(terms)}); return {outside}; }}\n"
 
 
 def distance_module(text: str) -> str:

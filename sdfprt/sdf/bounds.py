@@ -35,6 +35,7 @@ _COARSE = 1 / 16  # of a shell: to this the box is known while shells are search
 _FINE = 0.01  # of the box's longest side: to this in the end
 _FACES = np.array([c for c in product(range(_CUT), repeat=3)], float) * 2 - _CUT + 1  # centres of cells, in halves of a cell
 _EIGHTHS = np.array(list(product((-0.5, 0.5), repeat=3)))
+_TAP = 2e-5  # of a shell: half width of the taps of a normal, below any detail of a floor
 _FLAT = 0.995  # cosine between the normal of the far floor and another that counts as it
 _FLOOR = 0.35  # of the standing things' size: floor about them on each side
 _WIDTHS = (1, 1.25, 0.75)  # of a piece, tried in this order: cut where the least of the solid is cut
@@ -284,7 +285,7 @@ class _Survey:
         centers = random.permutation(centers)[: 2 * _SURVEYED]
         points = search.on_surface(centers, search.values(centers), half)
         points = points[(np.abs(points).max(1) <= reach) & (np.abs(points).max(1) > reach / 2)]
-        taps = np.concatenate([points + sign * 0.05 * half * axis for axis in np.eye(3) for sign in (1, -1)])
+        taps = np.concatenate([points + sign * _TAP * reach * axis for axis in np.eye(3) for sign in (1, -1)])
         values = search.values(taps).reshape(3, 2, -1)
         normals = (values[:, 0] - values[:, 1]).T
         length = np.linalg.norm(normals, axis=1, keepdims=True)

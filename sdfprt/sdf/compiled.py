@@ -27,6 +27,7 @@ from sdfprt.glsl.parts import KINDS, Parts
 from sdfprt.glsl.prepare import Prepared, field_module, prepare
 from sdfprt.glsl.spirv import fingerprint, parse, samplers
 from sdfprt.glsl.to_cpp import BUDGET, Texture, Translator
+from sdfprt.maths.box import Box
 from sdfprt.sdf import textures
 from sdfprt.sdf.textures import Texels
 
@@ -41,6 +42,7 @@ class Compiled:
     defines: Mapping[str, Any] = default(default_factory=dict)
     offset: float = 0.0  # the value of the field on the surface
     entry: str = ""  # the function that is the distance, or its call at p; found where it is empty
+    cut: Box | None = None  # in the world: a surface without an end is closed there
     up: str = "y"  # the text's own vertical axis; the distance asked is that of the world, y up
     parts: Parts = default(default_factory=dict)
     rest: Mapping[str, Any] = default(default_factory=dict)  # colours of the parts that `parts` leaves out
@@ -72,6 +74,7 @@ class Compiled:
             self.rest,
             self.start,
             up=self.up,
+            cut=self.cut,
             entry=self.entry,
         )
 

@@ -84,8 +84,8 @@ def read_settings(path: Path, given: Mapping[str, Any]) -> dict[str, Any]:
         camera: dict[str, Any] = {key: value if key == "fov" else corner(value) for key, value in _given(table.camera)}
         found: dict[str, Any] = {**own, "title": table.title, "notes": tuple(table.notes)}
         found |= {key: value for key in ("step", "offset", "entry") if (value := getattr(table, key)) is not None}
-        if table.bounds is not None:
-            found["bounds"] = (corner(table.bounds[0]), corner(table.bounds[1]))
+        boxes = {"bounds": table.bounds, "cut": table.cut}
+        found |= {key: (corner(box[0]), corner(box[1])) for key, box in boxes.items() if box is not None}
         if camera:
             found["camera"] = camera
         if camera.keys() >= {"eye", "target"}:
@@ -113,8 +113,9 @@ def _given(table: BaseModel) -> Iterator[tuple[str, Any]]:
 def in_the_world(given: Mapping[str, Any]) -> dict[str, Any]:
     """Bounds and the parts of a camera, which are given in the file's axes, in the world's."""
     found, up = dict(given), given.get("up", "y")
-    if "bounds" in found:
-        found["bounds"] = axes.box_to_world(found["bounds"], up)
+    for key in ("bounds", "cut"):
+        if key in found:
+            found[key] = axes.box_to_world(found[key], up)
     if "camera" in found:
         found["camera"] = {k: axes.to_world(v, up) if k != "fov" else v for k, v in found["camera"].items()}
     return found
@@ -166,7 +167,7 @@ def write(
         path.mkdir(parents=True, exist_ok=True)
     except FileExistsError:
         raise SdfprtError(f"{path}: there is a file of that name; give a folder") from None
-    numbers = {**numbers, "bounds": axes.box_to_file(numbers["bounds"], up)}
+    numbers = {key: axes.box_to_file(value, up) if key in ("bounds", "cut") else value for key, value in numbers.items()}
     table: dict[str, Any] = {"title": title, **{key: _plain(value) for key, value in numbers.items()}}
     table |= {
         key: value for key, value, usual in (("up", up, "y"), ("entry", entry, ""), ("notes", list(notes), [])) if value != usual

@@ -8,9 +8,9 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from sdfprt.imaging.camera import Camera
-from sdfprt.maths.box import UNIT, Box, diagonal, said
+from sdfprt.maths.box import UNIT, Box, corner, diagonal, said
 from sdfprt.sdf import measure
-from sdfprt.sdf.bounds import find_bounds
+from sdfprt.sdf.bounds import ROOM, find_bounds
 from sdfprt.sdf.measure import Distance
 
 
@@ -19,6 +19,7 @@ class Measured:
     """Arguments of a Scene; `notes` say what was chosen that a user would not expect."""
 
     bounds: Box
+    cut: Box | None  # where a surface without an end is closed
     offset: float
     step: float
     framed: Camera  # the whole surface within the bounds, in three-quarter view
@@ -32,12 +33,13 @@ def measured(
 
     Raises SdfprtError for a camera that looks nowhere.
     """
-    notes = []
+    notes, cut = [], None
     if bounds is None:
         found = find_bounds(distance)
         bounds = found.bounds if found else UNIT
         if found and found.endless:
-            notes.append(f"the surface has no end along {' and '.join(found.endless)}; it is cut at {said(bounds)}")
+            cut, bounds = bounds, _roomy(bounds)
+            notes.append(f"the surface has no end along {' and '.join(found.endless)}; it is cut at {said(cut)}")
     points = measure.grid(bounds)
     values = distance(points)
     known = step is not None or not np.isfinite(values).any()  # without a value, `check` and the surface say what is wrong
@@ -53,7 +55,7 @@ def measured(
         if step < 1:
             notes.append(f"the distance overestimates (slope {steepest:.3g}); step = {step:.2g} was chosen, which marches safely")
     near = points[_near(values, bounds, max(steepest, 1.0))]
-    return Measured(bounds, offset or 0.0, step, framed(bounds, near, camera), tuple(notes))
+    return Measured(bounds, cut, offset or 0.0, step, framed(bounds, near, camera), tuple(notes))
 
 
 def framed(bounds: Box, points: Float[ndarray, "n 3"], given: dict[str, Any]) -> Camera:
@@ -61,6 +63,12 @@ def framed(bounds: Box, points: Float[ndarray, "n 3"], given: dict[str, Any]) ->
     fov = {key: value for key, value in given.items() if key == "fov"}
     whole = Camera.framing(bounds, points=points, **fov)
     return Camera(**{"eye": whole.eye, "target": whole.target, **given})
+
+
+def _roomy(box: Box) -> Box:
+    """The box with room about it, so that its faces lie within."""
+    room = ROOM * float(np.subtract(box[1], box[0]).max())
+    return corner(np.subtract(box[0], room)), corner(np.add(box[1], room))
 
 
 def _near(values: ndarray, bounds: Box, slope: float) -> ndarray:

@@ -57,6 +57,7 @@ class Scene:
     parts: Parts = default(default_factory=dict)  # colours by the .y of vec2 map; see README
     notes: tuple[str, ...] = ()  # what is worth knowing of how it was made; `check` shows them
     entry: str = ""  # the function that is the distance, or its call at p ("scene(p, 0.0)"); found where it is empty
+    cut: Box | None = None  # where a surface without an end is closed by flat faces
     up: str = "y"  # the text's own vertical axis, y or z; all else is in the world's axes, y up
     compiled: Compiled = None  # type: ignore[assignment]  # carried along by `replace`, made anew where the text's part changed
 
@@ -77,7 +78,7 @@ class Scene:
             object.__setattr__(self, "camera", Camera.framing(self.bounds))
         if self.material is None:
             object.__setattr__(self, "material", parse("diffuse"))
-        names = ("glsl", "file", "folder", "defines", "offset", "entry", "up", "parts", "textures")
+        names = ("glsl", "file", "folder", "defines", "offset", "entry", "up", "cut", "parts", "textures")
         source = {name: getattr(self, name) for name in names}
         source["rest"] = parts(DiffusePhong()) | parts(self.material) if self.parts else {}
         if self.compiled is None or not self.compiled.has(source):
@@ -184,7 +185,15 @@ class Scene:
         asked = {key: getattr(self, key) for key in ("bounds", "offset", "step") if key in given}
         found = measured(self.distance, **asked, **camera)
         notes = (*self.notes, *found.notes)
-        return replace(self, bounds=found.bounds, offset=found.offset, step=found.step, camera=found.framed, notes=notes)
+        return replace(
+            self,
+            cut=found.cut or self.cut,
+            bounds=found.bounds,
+            offset=found.offset,
+            step=found.step,
+            camera=found.framed,
+            notes=notes,
+        )
 
     def with_measured_step(self) -> Scene:
         """The same scene with the step that its field needs."""
@@ -195,6 +204,7 @@ class Scene:
         """Write a scene folder, sdf.glsl and scene.toml, that `Scene.load` reads as the same scene."""
         path = Path(folder)
         numbers: dict[str, Any] = {"bounds": self.bounds, "step": self.step} | ({"offset": self.offset} if self.offset else {})
+        numbers |= {"cut": self.cut} if self.cut else {}
         folders.write(
             path,
             self.glsl,

@@ -44,6 +44,7 @@ class SceneTable(_Strict):
     entry: str | None = None  # the distance's function, or its call at p
     up: Literal["y", "z"] | None = None
     bounds: Annotated[list[Vector], Field(min_length=2, max_length=2)] | None = None
+    cut: Annotated[list[Vector], Field(min_length=2, max_length=2)] | None = None
     step: Annotated[float, Field(gt=0, le=1)] | None = None
     offset: Number | None = None
     notes: list[str] = []

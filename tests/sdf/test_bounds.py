@@ -101,11 +101,17 @@ def test_a_file_is_shown_whole_and_the_cut_is_said(tmp_path: Path) -> None:
     (tmp_path / "waves.glsl").write_text("float map(vec3 p) { return p.y + 0.1 * sin(9.0 * p.x) * sin(7.0 * p.z); }")
     two, waves = Scene.load(tmp_path / "two.glsl"), Scene.load(tmp_path / "waves.glsl")
     assert not two.notes and "no end along x and z" in waves.notes[0]
-    assert not check(two).problems and check(waves).open_at_bounds
+    assert not check(two).problems and not check(waves).open_at_bounds
+    low, high = np.asarray(waves.cut)
+    p = np.array([[high[0] - 0.005, -0.12, 0.0], [high[0] + 0.01, -0.12, 0.0], [0.3, low[1] - 0.01, 0.2]], np.float32)
+    np.testing.assert_allclose(waves.distance(p), [-0.005, 0.01, 0.01], atol=1e-5)  # flat faces close what was cut
+    np.testing.assert_allclose(waves.normal(p[:1]), [[1, 0, 0]], atol=1e-3)
+    again = Scene.load(waves.save(tmp_path / "saved"))
+    assert (again.cut, again.bounds, again.hash) == (waves.cut, waves.bounds, waves.hash)
     given = Scene.load(tmp_path / "two.glsl", bounds=((-1, -1, -1), (1, 1, 1)))
     assert any("bounds cut the surface" in note for note in check(given).notes)
     for scene in (two, waves):
-        p = np.random.default_rng(0).uniform(*scene.bounds, (20_000, 3)).astype(np.float32)
+        p = np.random.default_rng(0).uniform(scene.bounds[0], scene.bounds[1], (20_000, 3)).astype(np.float32)
         p = p[scene.distance(p) < 0]
         in_picture(scene.camera, p)
 

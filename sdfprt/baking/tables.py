@@ -19,8 +19,6 @@ from sdfprt.tables.vertex import VertexTable, row_count, rows
 from sdfprt.transfer.bounces import bounced
 from sdfprt.transfer.compute import unshadowed
 
-_AVERAGED = ((1 / 3, 1 / 3), (0.1, 0.1), (0.8, 0.1), (0.1, 0.8))  # weights of places whose mean is a triangle's albedo
-
 
 def bake_vertices(
     scene: AnyScene,
@@ -70,8 +68,6 @@ def bake_vertices(
 
 def _albedo(scene: MeshScene) -> Float[ndarray, "f 3"]:
     """Mean diffuse reflectance of each triangle; none where the material has no diffuse lobe."""
-    every = np.arange(len(scene.faces))
     if not any(isinstance(lobe, Diffuse) for lobe in scene.material.lobes):
-        return np.zeros((len(every), 3), np.float32)
-    found = [scene.albedo(every, np.tile(np.array(weights, np.float32), (len(every), 1))) for weights in _AVERAGED]
-    return np.mean(found, axis=0, dtype=np.float32)
+        return np.zeros((len(scene.faces), 3), np.float32)
+    return scene.mean_albedo()

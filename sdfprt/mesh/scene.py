@@ -21,6 +21,8 @@ from sdfprt.material.lobes import Diffuse, Material, Phong
 from sdfprt.maths.box import Box, corner
 from sdfprt.mesh.parts import Finish, decoded
 
+_AVERAGED = ((1 / 3, 1 / 3), (0.1, 0.1), (0.8, 0.1), (0.1, 0.8))  # weights of places whose mean is a triangle's albedo
+
 
 @dataclass(frozen=True, eq=False)
 class MeshScene:
@@ -144,6 +146,12 @@ class MeshScene:
                 if len(at) and each.picture is not None:
                     found[at] *= sampled(each.picture, self.interpolated(self.uvs, faces[at], weights[at]))
         return found
+
+    def mean_albedo(self) -> Float[ndarray, "f 3"]:
+        """Of each triangle, over a few places on it."""
+        every = np.arange(len(self.faces))
+        found = [self.albedo(every, np.tile(np.array(weights, np.float32), (len(every), 1))) for weights in _AVERAGED]
+        return np.mean(found, axis=0, dtype=np.float32)
 
     def exponent(self, faces: Int[ndarray, "n"]) -> Float[ndarray, "n"]:
         """Phong exponent of triangles; the material's where the file has none."""

@@ -1,4 +1,4 @@
-"""Ground truth: path tracing of the SDF itself; same light, lobes and camera as `render`, no SH and no network.
+"""Ground truth: path tracing of the SDF, or the mesh, itself; same light, lobes and camera as `render`, no SH and no network.
 
 A pass gives every ray of the camera some packets of 16 stratified paths, tile by tile. Packets are independent, so that their
 spread gives each pixel's standard error. Passes add up, may be stopped after any tile and resumed, and depend on the seed alone.
@@ -25,8 +25,12 @@ from sdfprt.core.progress import track
 from sdfprt.imaging.camera import Camera
 from sdfprt.imaging.shot import SAMPLES, SIZES, Frame, Shot, compose
 from sdfprt.light.light import Light
-from sdfprt.material.lobes import Diffuse, Material
+from sdfprt.material.lobes import Material
+from sdfprt.mesh.scene import MeshScene
+from sdfprt.sdf.kinds import AnyScene
 from sdfprt.sdf.scene import NORMAL_STEP, Scene
+from sdfprt.truth.mesh_paths import MeshTracer
+from sdfprt.truth.sampling import light_tables, lobe_numbers
 
 PASS = 8  # packets a pass
 TILE = 1 << 14  # rays of a tile
@@ -44,7 +48,7 @@ class Traced(Frame):
 
 @checked(size=SIZES, samples=SAMPLES, spp=(1, 1 << 24), bounces=(0, 1000), seed=(0, None))
 def reference(
-    scene: Scene,
+    scene: AnyScene,
     light: Light,
     material: Material | None = None,
     camera: Camera | None = None,
@@ -59,7 +63,7 @@ def reference(
 
 
 def reference_image(
-    scene: Scene,
+    scene: AnyScene,
     light: Light,
     material: Material | None = None,
     camera: Camera | None = None,
@@ -78,7 +82,7 @@ def reference_image(
 
 
 def draw(
-    scene: Scene,
+    scene: AnyScene,
     light: Light,
     shot: Shot,
     spp: int = settings.Reference.spp,
@@ -103,7 +107,8 @@ def draw(
     origin, directions = camera.rays(size, samples)
     directions = directions.reshape(-1, 3)
     packets = max(2, -(-spp // (kernels.lanes() * samples**2)))
-    tracer = _Tracer(scene, light, material, origin, bounces)
+    rest = light, material, origin, bounces
+    tracer = MeshTracer(scene, *rest) if isinstance(scene, MeshScene) else _Tracer(scene, *rest)
     key = _key(scene, light, material, camera, size, samples, bounces, seed, kernels.lanes())
     tiles = [slice(first, first + TILE) for first in range(0, len(directions), TILE)]
     sums = _load(checkpoint, key, len(directions), len(tiles), keep)
@@ -165,26 +170,22 @@ class _Tracer:
     """The kernel of one scene with its constant arguments on the device."""
 
     def __init__(self, scene: Scene, light: Light, material: Material, origin: ndarray, bounces: int) -> None:
-        height, width = light.pixels.shape[:2]
-        rows, columns = light.distribution
-        in_row = np.diff(columns, axis=1, prepend=0)
-        density = np.diff(rows, prepend=0)[:, None] * in_row * height * width / (2 * np.pi**2)
         numbers = [
             *np.ravel(scene.bounds),
             EPSILON * scene.diagonal,
             scene.step,
             NORMAL_STEP * scene.diagonal,
             *origin,
-            *_colours(material),
+            *lobe_numbers(material),
             *np.ravel(light.rotation),
         ]
-        self.constant = [kernels.array(v) for v in (numbers, light.pixels, density, rows, columns)]
-        self.shape = [height, width, bounces]
+        self.constant = [kernels.array(v) for v in (numbers, *light_tables(light))]
+        self.shape = [*light.pixels.shape[:2], bounces]
         names = ("directions", "numbers", "pixels", "density", "rows", "columns")
         kinds = {name: kernels.FLOATS for name in names}
         kinds |= {name: int for name in ("height", "width", "bounces", "start", "packets", "seed", "total")}
         kinds |= {name: kernels.FLOATS for name in ("all", "squares", "alpha")}
-        self.kernel = kernels.build(_surface(scene, material), ("truth/path_tracing.h",), kinds)
+        self.kernel = kernels.build(_surface(scene, material), ("truth/sampling.h", "truth/path_tracing.h"), kinds)
 
     def run(self, directions: ndarray, start: int, packets: int, seed: int) -> tuple[ndarray, ndarray, ndarray]:
         """Sums of packet means and of their squares (N, 3), and hits (N,), of N rays whose first has the number `start`."""
@@ -194,17 +195,6 @@ class _Tracer:
         kernels.launch(self.kernel, -(-count // kernels.lanes()), arguments)
         total, squares, alpha = (array.numpy().astype(np.float64) for array in out)
         return total.reshape(-1, 3), squares.reshape(-1, 3), alpha
-
-
-def _colours(material: Material) -> list[float]:
-    """kd, ks and exponent: what the kernel's Lobes reads."""
-    kd, ks, exponent = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 1.0
-    for lobe in material.lobes:
-        if isinstance(lobe, Diffuse):
-            kd = lobe.albedo
-        else:
-            ks, exponent = lobe.specular, lobe.exponent
-    return [*kd, *ks, exponent]
 
 
 def _surface(scene: Scene, material: Material) -> str:
@@ -219,10 +209,10 @@ def _surface(scene: Scene, material: Material) -> str:
     return f"{scene.native}\n{colour}\n#undef SDFPRT_SURFACE\n#define SDFPRT_SURFACE {' '.join(parts)}\n"
 
 
-def _key(scene: Scene, light: Light, *rest) -> str:
+def _key(scene: AnyScene, light: Light, *rest) -> str:
     """Everything that the sums depend on."""
     digest = hashlib.sha256(light.pixels.tobytes() + light.rotation.tobytes())
-    digest.update(repr((scene.hash, rest)).encode())
+    digest.update(repr((scene.hash, scene.look if isinstance(scene, MeshScene) else "", rest)).encode())
     return digest.hexdigest()
 
 

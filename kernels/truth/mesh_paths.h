@@ -1,0 +1,114 @@
+// Path tracing of a mesh: item = a ray of the camera, whose first hit is given; packets of stratified paths go on from there. One light
+// sample and one lobe sample a vertex, combined by the balance heuristic (Veach 1997, Sec. 9.2), as for SDFs.
+struct Surface : Simd {
+    F x, y, z, nx, ny, nz, gx, gy, gz;  // point, unit shading normal on the side that was met, geometric normal
+    F red, green, blue, exponent;
+
+    // A row of `hits`, for all lanes
+    CUDA_CALLABLE Surface(const float* v) {
+        x = splat(v[0]), y = splat(v[1]), z = splat(v[2]), nx = splat(v[3]), ny = splat(v[4]), nz = splat(v[5]);
+        gx = splat(v[6]), gy = splat(v[7]), gz = splat(v[8]);
+        red = splat(v[12]), green = splat(v[13]), blue = splat(v[14]), exponent = splat(v[15]);
+    }
+    // Where a ray has left the surface, on the side to which it goes
+    CUDA_CALLABLE void leave(F u, F v, F w, float lift, F& ox, F& oy, F& oz) const {
+        const F side = sel(lt(gx * u + gy * v + gz * w, splat(0.0f)), splat(-lift), splat(lift));
+        ox = x + side * gx, oy = y + side * gy, oz = z + side * gz;
+    }
+};
+{
+    Embree embree(handles.data);
+    Environment light;
+    light.pixels = pixels.data, light.density = density.data, light.rows = rows.data, light.columns = columns.data;
+    light.turn = numbers.data + 7, light.height = height, light.width = width;
+    const F zero = Simd::splat(0.0f), one = Simd::splat(1.0f);
+    const float* row = hits.data + 16 * item;
+    float sum[3] = {0.0f, 0.0f, 0.0f}, square[3] = {0.0f, 0.0f, 0.0f};
+    for (int packet = 0; packet < packets && row[11] < 1e29f; packet++) {
+        const unsigned key = (unsigned)(start + item) * 0x9e3779b9u + (unsigned)packet;
+        const U state = Random::hash(Random::hash(Simd::splat(key)) ^ Random::hash(Simd::splat((unsigned)seed * 0x85ebca6bu + 1u)));
+        Random random(Simd::as_I(state), Simd::lanes());
+        Surface at(row);
+        F dx = Simd::splat(row[9]), dy = Simd::splat(row[10]), dz = Simd::splat(row[11]);
+        F through[3] = {one, one, one}, radiance[3] = {zero, zero, zero};
+        M live = Simd::ones();
+        for (int depth = 0; depth <= bounces && Simd::any(live); depth++) {
+            Lobes lobes(numbers.data);
+            if (has_albedo) lobes.kd[0] = at.red, lobes.kd[1] = at.green, lobes.kd[2] = at.blue;
+            if (has_exponent) lobes.s = at.exponent;
+            lobes.choose();
+            const F wn = -(at.nx * dx + at.ny * dy + at.nz * dz);
+            const F mx = 2.0f * wn * at.nx + dx, my = 2.0f * wn * at.ny + dy, mz = 2.0f * wn * at.nz + dz;
+
+            // Towards the light
+            F u, v, wx, wy, wz, r[3], f[3], here, there;
+            random.pair(u, v);
+            light.sample(u, v, wx, wy, wz, r[0], r[1], r[2], there);
+            F up = at.nx * wx + at.ny * wy + at.nz * wz;
+            lobes.evaluate(up, mx * wx + my * wy + mz * wz, f, here);
+            Embree::Ray ray;
+            F ox, oy, oz;
+            at.leave(wx, wy, wz, lift, ox, oy, oz);
+            embree.start(ray, ox, oy, oz, wx, wy, wz, 0.0f);
+            M open = embree.free(ray, live & Simd::lt(zero, up) & Simd::lt(zero, here));
+            for (int c = 0; c < 3; c++) radiance[c] += Simd::sel(open, through[c] * f[c] * r[c] / (here + there), zero);
+
+            // Along the lobe: light where it is free, on from what it meets
+            random.pair(u, v);
+            lobes.sample(u, v, at.nx, at.ny, at.nz, mx, my, mz, wx, wy, wz);
+            light.evaluate(wx, wy, wz, r[0], r[1], r[2], there);
+            up = at.nx * wx + at.ny * wy + at.nz * wz;
+            lobes.evaluate(up, mx * wx + my * wy + mz * wz, f, here);
+            const M useful = live & Simd::lt(zero, up) & Simd::lt(Simd::splat(1e-12f), here);
+            at.leave(wx, wy, wz, lift, ox, oy, oz);
+            embree.start(ray, ox, oy, oz, wx, wy, wz, 0.0f);
+            const M met = embree.meet(ray, useful);
+            open = useful & ~met;
+            for (int c = 0; c < 3; c++) {
+                radiance[c] += Simd::sel(open, through[c] * f[c] * r[c] / (here + there), zero);
+                through[c] = Simd::sel(met, through[c] * f[c] / here, zero);
+            }
+            live = met;
+            dx = wx, dy = wy, dz = wz;
+            if (depth == bounces || !Simd::any(live)) break;
+
+            // What it meets: interpolated normal on the side that is met; the inside of a closed body ends the path
+            const I face = Simd::sel(live, Simd::as_I(ray.triangle), Simd::splat(0));
+            const F weights[3] = {one - ray.second - ray.third, ray.second, ray.third};
+            F p[3] = {zero, zero, zero}, n[3] = {zero, zero, zero};
+            for (int k = 0; k < 3; k++) {
+                const I vertex = Simd::gather(faces.data, 3 * face + k);
+                for (int c = 0; c < 3; c++) {
+                    p[c] += weights[k] * Simd::gather(vertices.data, 3 * vertex + c);
+                    n[c] += weights[k] * Simd::gather(normals.data, 3 * vertex + c);
+                }
+            }
+            const F across = ray.normal_x * wx + ray.normal_y * wy + ray.normal_z * wz;
+            const M front = Simd::lt(across, zero);
+            live = live & (front | Simd::lt(zero, Simd::gather(two_sided.data, face)));
+            const F side = Simd::sel(front, one, -one);
+            const F shade = side / Simd::sqrt(Simd::max(n[0] * n[0] + n[1] * n[1] + n[2] * n[2], Simd::splat(1e-24f)));
+            const F flat = side / Simd::sqrt(Simd::max(ray.normal_x * ray.normal_x + ray.normal_y * ray.normal_y + ray.normal_z * ray.normal_z, Simd::splat(1e-38f)));
+            at.x = p[0], at.y = p[1], at.z = p[2];
+            at.nx = n[0] * shade, at.ny = n[1] * shade, at.nz = n[2] * shade;
+            at.gx = ray.normal_x * flat, at.gy = ray.normal_y * flat, at.gz = ray.normal_z * flat;
+            at.red = Simd::gather(colours.data, 4 * face), at.green = Simd::gather(colours.data, 4 * face + 1);
+            at.blue = Simd::gather(colours.data, 4 * face + 2), at.exponent = Simd::gather(colours.data, 4 * face + 3);
+
+            // Russian roulette after three bounces
+            if (depth >= 3) {
+                random.pair(u, v);
+                const F stay = Simd::clamp(Simd::max(through[0], Simd::max(through[1], through[2])), Simd::splat(0.05f), one);
+                live = live & Simd::lt(u, stay);
+                for (int c = 0; c < 3; c++) through[c] = through[c] / stay;
+            }
+        }
+        for (int c = 0; c < 3; c++) {
+            float mean = 0.0f;
+            for (int k = 0; k < SDFPRT_LANES; k++) mean += Simd::lane(radiance[c], k);
+            mean /= (float)SDFPRT_LANES;
+            sum[c] += mean, square[c] += mean * mean;
+        }
+    }
+    for (int c = 0; c < 3; c++) all.data[3 * item + c] = sum[c], squares.data[3 * item + c] = square[c];
+}

@@ -1,0 +1,98 @@
+"""The truth of meshes: path tracing against a closed form and Mitsuba, exact transfer and vertex storage against Mitsuba."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+import trimesh
+from mitsuba_scene import build, picture
+from soups import ball, scene, square
+
+from sdfprt.baking.sdf import bake
+from sdfprt.imaging.camera import Camera
+from sdfprt.light.light import Light
+from sdfprt.material.lobes import Diffuse, DiffusePhong, Material, Phong
+from sdfprt.maths import sh, sphere
+from sdfprt.mesh.parts import Finish
+from sdfprt.mesh.scene import MeshScene
+from sdfprt.rendering.backends import frame
+from sdfprt.truth.exact import exact
+from sdfprt.truth.path_tracing import reference_image
+
+SIZE = (40, 40)
+
+
+@cache
+def toys() -> MeshScene:
+    ring = trimesh.creation.torus(0.7, 0.12, 48, 24)
+    ring.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0], [0, 0, 0]))
+    return scene(ball(0.45, (0, 0, 0), 4), ring, square(1.3, -0.47, 60))
+
+
+def of_four_bands(light: Light) -> Light:
+    """What four bands make of a light, lifted until it is nowhere negative."""
+    coefficients, directions = light.sh(4), sphere.latlong_directions(64, 128).reshape(-1, 3)
+    pixels = sh.basis(directions, 4) @ coefficients
+    pixels -= np.minimum(pixels.min(0), 0)
+    return Light(pixels.reshape(64, 128, 3).astype(np.float32), "four bands")
+
+
+def psnr(a: np.ndarray, b: np.ndarray, mask: np.ndarray) -> float:
+    """Over the mask without its worst 2 %; peak: 99.9th percentile of b."""
+    error = np.sort(np.mean((a - b)[mask] ** 2, axis=1))
+    return float(10 * np.log10(np.percentile(b[mask], 99.9) ** 2 / error[: int(0.98 * len(error))].mean()))
+
+
+@pytest.mark.parametrize("bounces", [0, 1, 5])
+def test_a_bowl_has_the_closed_form_of_a_spherical_cavity(bounces: int) -> None:
+    whole = trimesh.creation.icosphere(4)
+    low = whole.faces[(whole.vertices[whole.faces][..., 1] < 1e-9).all(1)]
+    made = scene(trimesh.Trimesh(whole.vertices, low[:, ::-1], process=False))
+    corners = made.vertices[made.faces].astype(float)
+    share = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / (8 * np.pi)
+    white, camera = Light(np.ones((8, 16, 3), np.float32)), Camera(eye=(0, 3, 0.01), target=(0, 0, 0))
+    found = reference_image(made, white, Diffuse((0.8, 0.4, 0.1)), camera, (24, 24), 64, bounces)
+    middle = found.rgb[8:16, 8:16].mean((0, 1))
+    exact = [sum(a ** (n + 1) * share**n * (1 - share) for n in range(bounces + 1)) for a in (0.8, 0.4, 0.1)]
+    error = 4 * found.standard_error[8:16, 8:16].mean((0, 1)) / 8
+    np.testing.assert_array_less(np.abs(middle - exact), error + 0.006 * np.array(exact))  # facets, and a jagged rim
+
+
+@pytest.mark.parametrize("bounces", [0, 2])
+@pytest.mark.parametrize("material", [Diffuse((0.5, 0.6, 0.7)), Phong(20.0), DiffusePhong((0.3, 0.3, 0.3), 12.0, (0.5, 0.4, 0.3))])
+def test_paths_agree_with_mitsuba_pixel_by_pixel(material: Material, bounces: int) -> None:
+    made, light = toys(), Light.load("studio")
+    ours = reference_image(made, light, material, size=SIZE, spp=256, bounces=bounces)
+    theirs, variance, hit = picture(
+        build(made.vertices, made.faces, made.normals, light, material), made.camera, SIZE, 512, bounces
+    )
+    np.testing.assert_array_equal(ours.alpha > 0, hit)
+    z = ((ours.rgb - theirs) / np.sqrt(ours.standard_error**2 + variance + 1e-12))[hit]
+    assert abs(np.median(np.abs(z)) / 0.6745 - 1) < 0.25  # sets of paths that few in number give rough variances
+    assert (np.abs(z) > 5).mean() < 0.005 and abs(ours.rgb[hit].mean() / theirs[hit].mean() - 1) < 0.01
+
+
+def test_storage_meets_mitsuba_under_light_of_four_bands() -> None:
+    """What no network and no path has part in: exact transfer a pixel, and vertices with and without a bounce."""
+    made, light, grey = toys(), of_four_bands(Light.load("studio")), Diffuse((0.5, 0.5, 0.5))
+    mitsuba = build(made.vertices, made.faces, made.normals, light, grey)
+    truth, _, hit = picture(mitsuba, made.camera, SIZE, 4096)
+    assert psnr(exact(made, light, grey, size=SIZE, rays=1024), truth, hit) > 44  # the reference's noise is at 52
+    for bounces, least in ((0, 38), (1, 36)):
+        truth, _, hit = picture(mitsuba, made.camera, SIZE, 4096, bounces)
+        drawn = frame(made, bake(made, storage="vertex", bounces=bounces, rays=512), light, grey, size=SIZE)
+        assert psnr(drawn.rgb, truth, hit & (drawn.alpha > 0)) > least
+
+
+def test_paths_see_the_colours_of_the_file() -> None:
+    wall = square(1.0, 0.0, 1)
+    wall.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [0, 0, 1]))
+    wall.apply_translation([1, 1, 0])
+    made = scene(square(1.0, 0.0, 1), wall, finishes=(Finish("white", (0.9, 0.9, 0.9)), Finish("red", (0.9, 0.0, 0.0))))
+    camera = Camera(eye=(-2, 3, 0), target=(0.7, 0, 0), fov=10)
+    white = Light(np.ones((8, 16, 3), np.float32))
+    red, green, _ = reference_image(made, white, None, camera, (8, 8), 64, 1).rgb[3:5, 3:5].mean((0, 1))
+    plain = reference_image(made.plain(), white, Diffuse((0.9, 0.9, 0.9)), camera, (8, 8), 64, 0).rgb[3:5, 3:5].mean()
+    assert red > 1.05 * green and green == pytest.approx(plain, rel=0.03)
+    assert replace(made, finishes=(Finish(), Finish())).look != made.look

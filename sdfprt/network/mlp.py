@@ -95,6 +95,8 @@ class TransferNet:
     @checked(finite=False)
     def predict(self, points: Float[ndarray, "n 3"], normals: Float[ndarray, "n 3"]) -> Float[ndarray, "n k"]:
         """Transfer at surface points with unit normals, in batches that stay in cache."""
+        if len(points) != len(normals):
+            raise SdfprtError(f"TransferNet.predict: {len(points)} points and {len(normals)} normals; give as many of each")
         out = np.empty((len(points), len(self.scale)), np.float32)
         octaves = self.position_frequencies, self.normal_frequencies
         for first in range(0, len(points), 4096):

@@ -1,5 +1,6 @@
 """`python -m sdfprt` is the command line."""
 
+import os
 import sys
 
 
@@ -10,8 +11,8 @@ def main() -> None:
 
         run()
     except KeyboardInterrupt:
-        print("sdfprt: stopped", file=sys.stderr)
-        sys.exit(130)
+        print("sdfprt: stopped", file=sys.stderr, flush=True)
+        os._exit(130)  # Python ends by the signal where it came while an import ran `exec`, whatever is done here
 
 
 if __name__ == "__main__":

@@ -14,10 +14,9 @@ import sys
 import threading
 import weakref
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, no_type_check
+from typing import TYPE_CHECKING, Any, no_type_check
 
 import numpy as np
-import warp as wp
 from numpy import ndarray
 
 from sdfprt.core.cache import kernel_folder
@@ -25,11 +24,11 @@ from sdfprt.core.errors import SdfprtError
 from sdfprt.core.resources import folder
 from sdfprt.core.stack import with_deep_stack
 
-wp.config.log_level = wp.LOG_ERROR  # standard output is for results
-if (_compiled := kernel_folder(wp.config.version)) is not None:
-    wp.config.kernel_cache_dir = str(_compiled)
+if TYPE_CHECKING:
+    import warp as wp
+
 LANES = 16  # of a packet on the CPU, as in kernels/core/simd.h; arrays of rays are padded to whole packets everywhere
-FLOATS, WHOLES = wp.array(dtype=float), wp.array(dtype=int)  # kinds of arguments
+FLOATS, WHOLES = "floats", "whole numbers"  # kinds of arguments that are arrays
 DEVICE = "SDFPRT_DEVICE"
 # Packets are vectors already: what the compiler makes of the scalar parts costs more than it spares. Warp's own limits for inlining
 # double the time to compile, for the same speed.
@@ -59,8 +58,7 @@ def device() -> str:
         try:
             if not re.fullmatch(r"cuda(:\d+)?", name):
                 raise ValueError("there are cpu, cuda, cuda:1 …, and scalar")
-            _start()
-            wp.get_device(name)
+            warp().get_device(name)
         except Exception as error:
             raise SdfprtError(f"{DEVICE}={name}: {error}") from None
     return name
@@ -76,7 +74,7 @@ def padded(count: int) -> int:
     return -(-count // LANES) * LANES
 
 
-def array(values: Any, kind: Any = float) -> wp.array:
+def array(values: Any, kind: Any = float) -> "wp.array":
     """Values where kernels run, flat but for the components of a vector `kind`.
 
     On the CPU it shares an array's memory where types allow: numpy has large ones in huge pages, which kernels read faster.
@@ -84,33 +82,49 @@ def array(values: Any, kind: Any = float) -> wp.array:
     values = np.asarray(values)
     flat = values.ravel() if kind in (float, int) else values
     number = np.int32 if kind is int else np.float32
-    return wp.array(np.ascontiguousarray(flat, dtype=number), dtype=kind, device=_place(), copy=False)
+    return warp().array(np.ascontiguousarray(flat, dtype=number), dtype=kind, device=_place(), copy=False)
 
 
-def zeros(count: int) -> wp.array:
-    return wp.zeros(count, dtype=float, device=_place())
+def zeros(count: int) -> "wp.array":
+    return warp().zeros(count, dtype=float, device=_place())
 
 
 def _place() -> str:
-    _start()
     return device().replace("scalar", "cpu")
 
 
 @functools.cache
-def _start() -> None:
-    """Start Warp without the line that its library writes past Python to standard error where there is no CUDA driver."""
+def warp() -> Any:
+    """Warp, loaded and started at its first use: pictures with weights that are there need none.
+
+    It starts without the line that its library writes past Python to standard error where there is no CUDA driver. Raises
+    SdfprtError where it is not installed or its libraries do not load.
+    """
+    try:
+        import warp as wp
+    except ImportError as error:
+        raise SdfprtError(
+            f"Warp is missing ({error}): pip install warp-lang. Without it OpenGL draws scenes whose bounds and weights are there"
+        ) from None
+    wp.config.log_level = wp.LOG_ERROR  # standard output is for results
+    if (compiled := kernel_folder(wp.config.version)) is not None:
+        wp.config.kernel_cache_dir = str(compiled)
     try:
         kept = os.dup(2)
     except OSError:  # standard error is closed
-        wp.init()
-        return
-    with open(os.devnull, "wb") as nothing:
-        os.dup2(nothing.fileno(), 2)
+        kept = None
+    if kept is not None:
+        with open(os.devnull, "wb") as nothing:
+            os.dup2(nothing.fileno(), 2)
     try:
         wp.init()
+    except (RuntimeError, OSError) as error:
+        raise SdfprtError(f"Warp does not start: {error}") from None
     finally:
-        os.dup2(kept, 2)
-        os.close(kept)
+        if kept is not None:
+            os.dup2(kept, 2)
+            os.close(kept)
+    return wp
 
 
 @functools.cache
@@ -138,7 +152,7 @@ def texture(values: ndarray) -> str:
     return f"texture_{hashlib.sha256(repr(values.shape).encode() + values.tobytes()).hexdigest()[:16]}"
 
 
-def keep_texture(values: ndarray) -> wp.array:
+def keep_texture(values: ndarray) -> "wp.array":
     """Make an array readable to kernels; the caller holds what comes back for as long as they may run."""
     key = _place(), texture(values)
     kept = _textures.get(key)
@@ -148,12 +162,14 @@ def keep_texture(values: ndarray) -> wp.array:
     return kept
 
 
-_textures: weakref.WeakValueDictionary[tuple[str, str], wp.array] = weakref.WeakValueDictionary()
+_textures: "weakref.WeakValueDictionary[tuple[str, str], wp.array]" = weakref.WeakValueDictionary()
 
 
 @functools.lru_cache(maxsize=64)
 @no_type_check
 def _kernel(where: str, scene: str, pieces: tuple[str, ...], arguments: tuple, fused: bool, lanes: int):
+    wp = warp()
+    kinds = {FLOATS: wp.array(dtype=float), WHOLES: wp.array(dtype=int)}
     textures = tuple(dict.fromkeys(re.findall(r"\btexture_[0-9a-f]{16}\b", scene)))
     shared = [piece("core/texture.h"), *(f"static const float* {name};" for name in textures)] if textures else []
     given = [f"{name} = given_{name}.data;" for name in textures]  # the same for all threads
@@ -163,7 +179,7 @@ def _kernel(where: str, scene: str, pieces: tuple[str, ...], arguments: tuple, f
     key = hashlib.sha256(text.encode()).hexdigest()[:16]
     arguments += tuple((f"given_{name}", FLOATS) for name in textures)
     names = [name for name, _ in arguments]
-    scope = {"wp": wp, **{f"T_{name}": kind for name, kind in arguments}}
+    scope = {"wp": wp, **{f"T_{name}": kinds.get(kind, kind) for name, kind in arguments}}
     signature = ", ".join(f"{name}: T_{name}" for name in names)
     # Warp reads annotations from real functions, so the two are written as source
     source = (
@@ -188,7 +204,7 @@ def _kernel(where: str, scene: str, pieces: tuple[str, ...], arguments: tuple, f
 @no_type_check
 def launch(kernel, count: int, arguments: list) -> None:
     """Run items 0 … count - 1; on the CPU by all threads, since Warp releases Python's lock while it runs."""
-    place = _place()
+    wp, place = warp(), _place()
     with _building:
         loaded = getattr(kernel, "loaded", {place})
         if place not in loaded:  # the compiler goes as deep as the scene is nested

@@ -7,10 +7,9 @@ Coordinates stay those of the file, unless it lies so far from the origin that f
 import functools
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import no_type_check
+from typing import Any, no_type_check
 
 import numpy as np
-import warp as wp
 from jaxtyping import Float, Int
 from numpy import ndarray
 
@@ -54,13 +53,14 @@ class Mesh:
         return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
 
     @functools.cached_property
-    def _tree(self) -> wp.Mesh:
+    def _tree(self) -> Any:
+        wp = kernels.warp()
         points, indices = kernels.array(self.vertices, wp.vec3), kernels.array(self.faces.astype(np.int32), int)
         return wp.Mesh(points=points, indices=indices, support_winding_number=True)
 
     def distance(self, points: Float[ndarray, "n 3"]) -> Float[ndarray, "n"]:
         """Signed distance at each point, negative inside; units of the mesh."""
-        out, places = kernels.zeros(len(points)), kernels.array(points.astype(np.float32), wp.vec3)
+        out, places = kernels.zeros(len(points)), kernels.array(points.astype(np.float32), kernels.warp().vec3)
         reach = 4 * (self.diagonal + float(np.abs(points - self.vertices.mean(0)).max())) if len(points) else 0.0
         kernels.launch(_kernel(), len(points), [self._tree.id, places, reach, out])
         return out.numpy()
@@ -88,6 +88,8 @@ class Mesh:
 @functools.cache
 @no_type_check
 def _kernel():
+    wp = kernels.warp()
+
     @wp.kernel(enable_backward=False, module="unique")
     def mesh_distance(mesh: wp.uint64, points: wp.array[wp.vec3], reach: float, out: wp.array[float], first: int):
         """One thread, one point."""

@@ -11,7 +11,6 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import torch
-import warp as wp
 from jaxtyping import Float, Int
 from torch import Tensor
 
@@ -151,7 +150,8 @@ def _by_kernels(
 
 def _commands(kernel: Any, arguments: list[Any], count: int) -> list[Any]:
     """Launches of items 0 … count - 1, recorded: a launch anew takes longer than what it does."""
-    return [wp.launch(kernel, dim=1, inputs=[*arguments, k], device="cpu", record_cmd=True) for k in range(count)]
+    launch = kernels.warp().launch
+    return [launch(kernel, dim=1, inputs=[*arguments, k], device="cpu", record_cmd=True) for k in range(count)]
 
 
 def _side_by_side(pool: ThreadPoolExecutor, commands: list[Any]) -> None:

@@ -6,7 +6,6 @@ Its twin is sdf.trace.gbuffer, on numpy's arrays, with the same kernels; a test 
 from dataclasses import dataclass
 
 import torch
-import warp as wp
 from jaxtyping import Float
 from torch import Tensor
 
@@ -67,7 +66,7 @@ def _directions(shot: Shot, where: str) -> Float[Tensor, "n 3"]:
 
 def _launch(kernel: object, count: int, tensors: list[Tensor], numbers: list[float]) -> None:
     """Over whole packets, in torch's order of work."""
-    wp.init()
+    wp = kernels.warp()
     arrays = [wp.from_torch(each.reshape(-1), dtype=wp.float32) for each in tensors]
     if tensors[0].is_cuda:
         with wp.ScopedStream(wp.stream_from_torch(torch.cuda.current_stream())):

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import warp as wp
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
@@ -23,7 +22,7 @@ class GBuffer:
     mask: Bool[ndarray, "h w"]
 
 
-def box_array(scene: Scene) -> wp.array:
+def box_array(scene: Scene) -> Any:
     return kernels.array(scene.bounds)
 
 

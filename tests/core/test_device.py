@@ -1,5 +1,10 @@
 """Kernels with one lane, as CUDA has them, compute on the CPU what those with sixteen do."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -85,3 +90,18 @@ def test_a_device_that_is_not_there_is_one_clear_error(scene: Scene, monkeypatch
     monkeypatch.setenv("SDFPRT_DEVICE", name)
     with pytest.raises(SdfprtError, match=f"SDFPRT_DEVICE={name}: "):
         scene.distance(np.zeros((1, 3), np.float32))
+
+
+def test_a_picture_with_shipped_weights_needs_no_warp(tmp_path: Path):
+    """OpenGL alone draws it; what needs Warp says in one line what is missing."""
+    (tmp_path / "warp").mkdir()
+    (tmp_path / "warp" / "__init__.py").write_text("raise ImportError('not here')")
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
+    command = [sys.executable, "-m", "sdfprt", "render", "rabbit", "--size", "24x16", "--backend", "glsl"]
+    drawn = subprocess.run([*command, "-o", str(tmp_path / "a.exr")], capture_output=True, text=True, env=environment, timeout=300)
+    assert drawn.returncode == 0 and (tmp_path / "a.exr").is_file(), drawn.stderr
+    command[-1] = "warp"
+    refused = subprocess.run(
+        [*command, "-o", str(tmp_path / "b.exr")], capture_output=True, text=True, env=environment, timeout=300
+    )
+    assert refused.returncode == 1 and refused.stderr.count("\n") == 1 and "Warp is missing" in refused.stderr, refused.stderr

@@ -142,8 +142,8 @@ def measure(name: str, width: int, material: Material, size: tuple[int, int], tu
     asset: Asset = bake(scene, width=width)
     light = lights.Light.load("studio")
     programs.programs.cache_clear()
-    runs: list[Callable] = [lambda: frame(scene, asset, light, material, size=size)]
-    runs.append(lambda: frame(scene, asset, light, material, size=size, product="tp"))
+    runs: list[Callable] = [lambda: frame(scene, asset, light, material, size=size, suns="off", gloss="sh")]
+    runs.append(lambda: frame(scene, asset, light, material, size=size, product="tp", suns="off", gloss="sh"))
     if with_literal:
         runs.append(literal(scene, asset.net, light, material, size))
     first = [bench.seconds(run) for run in runs]

@@ -154,7 +154,10 @@ def measure(rows: list[dict], args: argparse.Namespace, camera: Camera) -> list[
         for width in args.transfer:
             asset = bake(scene, width=width, preview=args.preview)
             for material in MATERIALS:
-                drawn, truth = frame(scene, asset, light, material, camera, size), view.shade(light, material)
+                drawn, truth = (
+                    frame(scene, asset, light, material, camera, size, suns="off", gloss="sh"),
+                    view.shade(light, material),
+                )
                 hit = view.mask & (drawn.alpha > 0)
                 error = metrics.compare(drawn.rgb, truth, mask=hit, peak=metrics.robust_peak(truth, view.mask))
                 cases.append(

@@ -68,7 +68,7 @@ def measure_scene(
                 for material in MATERIALS:
                     for width, asset in assets.items():
                         truth = view.cut(asset.net.bands).shade(light, material)
-                        drawn = frame(which, asset, light, material, camera, (size, size))
+                        drawn = frame(which, asset, light, material, camera, (size, size), suns="off", gloss="sh")
                         hit = view.mask & (drawn.alpha > 0)
                         peak = metrics.robust_peak(truth, view.mask)
                         row = metrics.compare(drawn.rgb, truth, mask=None if whole else hit, peak=peak)

@@ -71,7 +71,7 @@ def main() -> None:
         surfaces = view.seen, *met(built, which.camera, size), which.diagonal
         note(which.name, "exact, diffuse, 4-band light", view.shade(soft, Diffuse()), theirs, view.mask)
         for width in args.widths:
-            drawn = frame(which, bake(which, width=width), soft, Diffuse(), size=size)
+            drawn = frame(which, bake(which, width=width), soft, Diffuse(), size=size, suns="off", gloss="sh")
             note(which.name, f"network k={width}, diffuse, 4-band light", drawn.rgb, theirs, drawn.alpha > 0)
 
         # The reference under the light itself; paths a second of processor time beside Mitsuba's in the same run

@@ -87,6 +87,13 @@ class Transfer(StrEnum):
     unshadowed = "unshadowed"
 
 
+class Gloss(StrEnum):
+    """How light meets the lobe."""
+
+    exact = "exact"
+    sh = "sh"
+
+
 class Axis(StrEnum):
     """The axis that points up."""
 
@@ -213,6 +220,12 @@ class Joining:
     product: Annotated[
         Product, typer.Option("--product", help="tpfl: the light fixed in one matrix a frame; tp: the whole triple product.")
     ] = Product.tpfl
+    suns: Annotated[
+        str, typer.Option("--suns", metavar="auto|off|N", help="Brightest discs of the light that go by rays; N: at most so many.")
+    ] = settings.Render.suns
+    gloss: Annotated[
+        Gloss | None, typer.Option("--gloss", help="exact: light and lobe exact (the default); sh: as the papers have it.")
+    ] = None
     light_bands: Annotated[
         int | None, typer.Option("--light-bands", min=1, max=10, help="SH bands of the light; default: those of transfer.")
     ] = None
@@ -225,6 +238,8 @@ class Joining:
         return {
             "dering": self.dering.decided(for_eyes),
             "product": self.product.value,
+            "suns": int(self.suns) if re.fullmatch(r"[0-9]{1,9}", self.suns) else self.suns,
+            "gloss": self.gloss.value if self.gloss else None,
             "light_bands": self.light_bands,
             "result_bands": self.result_bands,
         }

@@ -80,6 +80,8 @@ class Render:
     width: int = 512
     height: int = 512
     samples: int = 1  # n x n in each pixel
+    suns: str = "auto"  # how many discs of a light go by rays: as many as it needs, off, or so many at most
+    gloss: str = "exact"  # light and lobe exact, or sh: the triple product of the papers
     product: str = "tpfl"  # light fixed in one matrix a frame, or tp: the whole triple product in each fragment
     exposure: float = 1.0  # PNG only, multiplies radiance before the tone curve
     constant_after: int = 2_000_000  # samples lit by a network until, on a CPU, its weights become constants: seconds to compile
@@ -90,6 +92,27 @@ class Render:
 class Picture:
     texels: int = 1 << 27  # of a picture that is read, at most: 16384 x 8192
     unpacked: int = 2 << 30  # bytes of all channels and layers of a picture that is read, at most
+
+
+@dataclass(frozen=True)
+class Suns:
+    auto: int = 16  # of a light at most
+    most: int = 16  # that may be asked for, and that shaders hold
+    contrast: float = 8.0  # a sun is so much brighter than the mean of the rest
+    least: float = 0.01  # energy of a sun, as a share of the light's: one that holds less stays in the rest
+    left: float = 0.02  # energy that may stay in the rest for want of suns, as a share of all that could be suns
+    narrow: float = 0.03  # radius of a disc that is never split, radians
+    tolerance: float = 0.035  # root of a cluster's share of energy times its mean squared angle, radians, from which it is split
+
+
+@dataclass(frozen=True)
+class Gloss:
+    source_rows: int = 512  # of a light's map, at most, where suns and prefiltered maps are made of it
+    least_rows: int = 32  # of a prefiltered map of a light
+    most_rows: int = 128
+    levels: int = 11  # exponents 1, 2, 4 … where the exponent varies over the surface
+    level_rows: int = 64  # of their maps
+    open_bands: int = 9  # of an open sky's diffuse light; beyond them the clamped cosine has less than 1e-3 of it
 
 
 @dataclass(frozen=True)

@@ -187,19 +187,9 @@ def export_shadertoy(
 def page_fragment(scene: Scene, net: TransferNet, variant: Variant, version: str = VERSION, source: str = "") -> str:
     """The page's only pass, with what uniforms cannot say; `source` stands for the scene's own text."""
     source = source or scene.shader_source
-    pieces = _declared_once(join((*PIECES, "page")).replace("uniform vec4 viewport;", "vec4 viewport;"))
+    pieces = join((*PIECES, "page")).replace("uniform vec4 viewport;", "vec4 viewport;")
     ours = "\n".join([version, "#define ENVIRONMENT_MAP", *flags(scene), defines(net, variant), pieces])
     return "\n".join([ours, renamed(ours, source), "#line 1", source])
-
-
-def _declared_once(text: str) -> str:
-    """ES takes a declaration once, where desktop GLSL takes a uniform's again; our pieces repeat what they need."""
-    seen: set[str] = set()
-
-    def keep(match: re.Match) -> str:
-        return match[0] if match[1] not in seen and not seen.add(match[1]) else ""
-
-    return re.sub(r"^(?:uniform )?\w+ (\w+)(?:\[[^\]]*\])?;[^\n]*$", keep, text, flags=re.M)
 
 
 def _as_constants(text: str, values: dict[str, Any], variables: tuple[str, ...]) -> str:

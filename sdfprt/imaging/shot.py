@@ -21,6 +21,7 @@ from sdfprt.material.lobes import Material
 from sdfprt.maths import sh
 
 PRODUCTS = ("tpfl", "tp")
+GLOSSES = ("exact", "sh")
 SIZES, SAMPLES = (1, 1 << 20), (1, 64)  # lowest and highest of pixels along a side, and of samples along a pixel's
 
 
@@ -28,21 +29,43 @@ SIZES, SAMPLES = (1, 1 << 20), (1, 64)  # lowest and highest of pixels along a s
 class Lighting:
     """How light is joined with transfer.
 
-    `product`: `tpfl`, the light fixed in one matrix a frame, or `tp`, the whole triple product in each fragment; the same
-    picture. Bands default to those of transfer. `dering` windows the light's coefficients until they are nowhere negative.
+    `suns`: the brightest discs of the light go by a ray each, `auto` as many as it needs, or at most so many; `off` none.
+    `gloss`: `exact` light and lobe, `sh` all in spherical harmonics, as the papers have it; None is exact but where bands of light
+    or result are given, which only `sh` has. `suns="off", gloss="sh"` is the papers' picture. `product`, with gloss sh: `tpfl`, the
+    light fixed in one matrix a frame, or `tp`, the whole triple product in each fragment; the same picture. Bands default to those
+    of transfer. `dering` windows the light's coefficients until they are nowhere negative.
     """
 
     dering: bool = False
     light_bands: int | None = None
     result_bands: int | None = None
     product: str = settings.Render.product
+    suns: str | int = settings.Render.suns
+    gloss: str | None = None
 
     def __post_init__(self) -> None:
+        if self.gloss not in (None, *GLOSSES):
+            raise SdfprtError(f"gloss {self.gloss}: there is no such one; there are {' and '.join(GLOSSES)}")
+        if self.gloss == "exact" and (self.light_bands or self.result_bands):
+            raise SdfprtError("bands of light and result are those of gloss sh; give that, or leave them out")
+        if not (self.suns in ("auto", "off") or (isinstance(self.suns, int) and 0 <= self.suns <= settings.Suns.most)):
+            raise SdfprtError(f"suns {self.suns}: give auto, off or a number from 0 to {settings.Suns.most}")
         if self.product not in PRODUCTS:
             raise SdfprtError(f"product {self.product}: there is no such one; there are {' and '.join(PRODUCTS)}")
         for name, bands in (("light", self.light_bands), ("result", self.result_bands)):
             if bands is not None and not 1 <= bands <= sh.MAX_BANDS:
                 raise SdfprtError(f"{name} bands {bands}: give 1 to {sh.MAX_BANDS}")
+
+    @property
+    def exact(self) -> bool:
+        """Whether light and lobe are exact."""
+        given = "sh" if self.light_bands or self.result_bands else settings.Render.gloss
+        return (self.gloss or given) == "exact"
+
+    @property
+    def most_suns(self) -> int:
+        """Discs of the light that may go by rays."""
+        return settings.Suns.auto if self.suns == "auto" else self.suns if isinstance(self.suns, int) else 0
 
 
 @dataclass(frozen=True)
@@ -64,6 +87,11 @@ class Shot:
     def fine(self) -> tuple[int, int]:
         """Samples along width and height."""
         return self.size[0] * self.samples, self.size[1] * self.samples
+
+    def refuse_exact(self, renderer: str) -> None:
+        """Raises SdfprtError where suns or an exact gloss are asked for by name."""
+        if self.lighting.gloss == "exact" or (isinstance(self.lighting.suns, int) and self.lighting.suns > 0):
+            raise SdfprtError(f"{renderer} has spherical harmonics alone: leave suns and gloss out")
 
     def refuse_beyond(self, renderer: str, *honoured: str) -> None:
         """Raises SdfprtError for an option of `lighting` that is not its default and not among those honoured."""

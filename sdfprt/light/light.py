@@ -6,6 +6,7 @@ import functools
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -14,7 +15,7 @@ from numpy import ndarray
 from sdfprt.core.arguments import checked
 from sdfprt.core.errors import SdfprtError
 from sdfprt.imaging import image
-from sdfprt.light import probes, sky
+from sdfprt.light import prefiltered, probes, sky, suns
 from sdfprt.maths import sh, sphere
 from sdfprt.maths.sh import MAX_BANDS
 
@@ -45,6 +46,7 @@ class Light:
     rotation: Float[ndarray, "3 3"] = field(default_factory=lambda: np.eye(3))
     warnings: tuple[str, ...] = ()
     _projected: dict[int, ndarray] = field(default_factory=dict, repr=False)
+    _derived: dict[tuple, Any] = field(default_factory=dict, repr=False)  # of the map, for all its rotations
 
     def __post_init__(self) -> None:
         pixels, rotation = np.asarray(self.pixels), np.asarray(self.rotation)
@@ -112,6 +114,24 @@ class Light:
     def sh_dered(self, bands: int) -> tuple[Float[ndarray, "k 3"], float]:
         """Coefficients windowed until nowhere negative, and the window's strength (Sloan 2017); for pictures."""
         return sh.dering(self.sh(bands))
+
+    def without_suns(self, most: int) -> tuple[suns.Suns, Light]:
+        """At most `most` of the brightest discs, in world directions, and the light that is left; none where it is soft."""
+        found, rest = self.derived(("suns", most), self._split_at(most))
+        return found.turned(self.rotation), replace(rest, rotation=self.rotation)
+
+    def _split_at(self, most: int) -> Callable[[], tuple[suns.Suns, Light]]:
+        def split() -> tuple[suns.Suns, Light]:
+            found, pixels = suns.split(prefiltered.shrunk(self.pixels), most)
+            return found, Light(pixels, self.name)
+
+        return split
+
+    def derived(self, key: tuple, make: Callable[[], Any]) -> Any:
+        """What was made of the map under that key, made at the first call; the map's rotations share it."""
+        if key not in self._derived:
+            self._derived[key] = make()
+        return self._derived[key]
 
     @checked()
     def radiance(self, directions: Float[ndarray, "*n 3"]) -> Float[ndarray, "*n 3"]:

@@ -2,17 +2,39 @@
 
 Diffuse: B = albedo/pi sum_i T_i L_i. Glossy: H_k = sum_ij tau_ijk T_i L_j, B = sum_k g_l H_k y_k(R),
 g_l = sqrt(4 pi/(2l+1)) f_l, R the view mirrored at n (learnt transfer, Eq. 2, 3; light fixed as in Sloan 2008).
+Light and lobe exact (light/prefiltered.py): B = sum_j T_j F_j(R), T and R in the frame of the light's map. Twin:
+shaders/rendering/shade.glsl.
 `shade` takes arrays of numpy, or tensors of torch and stays on their device.
 """
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from sdfprt.core.errors import SdfprtError
 from sdfprt.material.lobes import Diffuse, Material
 from sdfprt.maths import sh
+
+OPEN = np.pi * 0.5 / np.sqrt(np.pi)  # T_0 under an open sky
+_CHUNK = 1 << 16  # rows that read maps together
+
+
+@dataclass(frozen=True, eq=False)
+class ExactLight:
+    """Lat-long maps of a light, in its own frame: world direction = rotation @ direction in the map.
+
+    `turn` rotates coefficients as `rotation` does directions. `open_light`: what bands beyond those of transfer give a diffuse
+    surface under an open sky, over pi. `gloss`: F_j of one exponent, or, where it is `varying`, of the exponents 1, 2, 4 …
+    """
+
+    rotation: Float[ndarray, "3 3"]
+    turn: Float[ndarray, "k k"]
+    open_light: Float[ndarray, "rows columns 3"]
+    gloss: Float[ndarray, "levels h w k 3"] | None
+    varying: bool
 
 
 def diffuse_vector(light: Float[ndarray, "j 3"], transfer_bands: int) -> Float[ndarray, "i 3"]:
@@ -39,6 +61,57 @@ def lobe_factors(exponent: Any, bands: int) -> Float[Any, "*n bands"]:
     return xp.stack(g[:bands], -1)
 
 
+def level_of(exponent: Any, levels: int) -> Any:
+    """Place of one exponent or of many among 1, 2, 4 …, such that between two of them the lobe's variance, 1 / s, is right."""
+    xp = sh.module_of(exponent)
+    s = xp.clip(exponent if xp is not np else np.asarray(exponent, float), 1.0, 2.0 ** (levels - 1))
+    low = xp.clip(xp.floor(xp.log2(s)), 0, max(levels - 2, 0))
+    return low + 2 - 2 * 2.0**low / s
+
+
+def _lookup(maps: Any, directions: Float[Any, "n 3"]) -> Float[Any, "n c"]:
+    """Bilinear in a lat-long map (rows, columns, c) of the type of the directions."""
+    xp = sh.module_of(directions)
+    rows, columns = maps.shape[:2]
+
+    def whole(values: Any) -> Any:
+        return values.astype(int) if xp is np else values.long()
+
+    x = (0.5 - xp.arctan2(directions[:, 0], directions[:, 2]) / (2 * np.pi)) * columns - 0.5
+    y = xp.clip(xp.arccos(xp.clip(directions[:, 1], -1, 1)) / np.pi * rows - 0.5, 0, rows - 1)
+    x0, y0 = xp.floor(x), xp.floor(y)
+    fx, fy = (x - x0)[:, None], (y - y0)[:, None]
+    column, row = whole(x0), whole(y0)
+    below = xp.clip(row + 1, 0, rows - 1)
+    left, right = column % columns, (column + 1) % columns
+    top = maps[row, left] * (1 - fx) + maps[row, right] * fx
+    return top * (1 - fy) + (maps[below, left] * (1 - fx) + maps[below, right] * fx) * fy
+
+
+def _exact_gloss(transfer: Any, mirrored: Any, exact: ExactLight, exponent: Any, beside: Any) -> Any:
+    """sum_j T_j F_j(R), in the map's frame."""
+    xp = sh.module_of(transfer)
+    if exact.gloss is None:
+        raise SdfprtError("the light was prepared for a material without gloss")
+    levels, h, w, k, _ = exact.gloss.shape
+    maps = beside(exact.gloss).reshape(levels, h, w, 3 * k)
+    turned, ways = transfer @ beside(exact.turn), mirrored @ beside(exact.rotation)
+    at = level_of(exponent, levels) if exact.varying else None
+    out = []
+    for first in range(0, len(transfer), _CHUNK):
+        chunk = slice(first, first + _CHUNK)
+        if at is None:
+            found = _lookup(maps[0], ways[chunk])
+        else:
+            # Of all levels, weighed by how near each is
+            near = [xp.clip(1 - abs(at[chunk] - level), 0, 1)[:, None] for level in range(levels)]
+            found = beside(np.zeros((len(ways[chunk]), 3 * k)))
+            for level in range(levels):
+                found = found + near[level] * _lookup(maps[level], ways[chunk])
+        out.append((turned[chunk][:, :, None] * found.reshape(-1, k, 3)).sum(1))
+    return xp.concatenate(out) if out else beside(np.zeros((0, 3)))
+
+
 def shade(
     transfer: Float[Any, "n i"],
     normals: Float[Any, "n 3"],
@@ -48,10 +121,14 @@ def shade(
     result_bands: int | None = None,
     albedo: Float[Any, "n 3"] | None = None,
     exponent: Float[Any, "n"] | None = None,
+    exact: ExactLight | None = None,
+    sunlight: tuple[Float[Any, "n 3"], Float[Any, "n 3"]] | None = None,
 ) -> Float[Any, "n 3"]:
     """Radiance along `outgoing` (unit, from the surface to the eye), never below 0.
 
-    Colours a point where given, else the material's. All of numpy (the result in double precision), or all of torch.
+    Colours a point where given, else the material's. `exact` takes the place of the SH of light and lobe, `sunlight` are the sums
+    over the light's discs for a white diffuse surface and for a white lobe. All of numpy (the result in double precision), or all
+    of torch.
     """
     xp = sh.module_of(transfer)
 
@@ -61,17 +138,26 @@ def shade(
 
     bands = round(transfer.shape[1] ** 0.5)
     results = result_bands or bands
-    total = beside(np.zeros((len(transfer), 3)))
+    total, direct = beside(np.zeros((len(transfer), 3))), beside(np.zeros((len(transfer), 3)))
     for lobe in material.lobes:
         if isinstance(lobe, Diffuse):
             colour = beside(lobe.albedo) if albedo is None else albedo
-            total += colour * (transfer @ beside(diffuse_vector(light, bands)))
+            soft = transfer @ beside(diffuse_vector(light, bands))
+            if exact is not None:
+                openness = xp.clip(transfer[:, :1] / OPEN, 0, 1)
+                soft = soft + openness * _lookup(beside(exact.open_light), normals @ beside(exact.rotation))
+            total += colour * soft
+            direct += colour * sunlight[0] if sunlight is not None else 0.0
+            continue
+        mirrored = 2 * (normals * outgoing).sum(1)[:, None] * normals - outgoing
+        mirrored = mirrored / ((mirrored * mirrored).sum(1) ** 0.5)[:, None]
+        s = lobe.exponent if exponent is None else exponent
+        if exact is not None:
+            reflected = _exact_gloss(transfer, mirrored, exact, s, beside)
         else:
-            mirrored = 2 * (normals * outgoing).sum(1)[:, None] * normals - outgoing
-            mirrored = mirrored / ((mirrored * mirrored).sum(1) ** 0.5)[:, None]
-            g = beside(lobe_factors(lobe.exponent if exponent is None else exponent, results))
-            weight = sh.basis(mirrored, results) * g[..., sh.band_of(results)]
+            weight = sh.basis(mirrored, results) * beside(lobe_factors(s, results))[..., sh.band_of(results)]
             matrix = beside(glossy_matrix(light, bands, results))
-            reflected = [((transfer @ matrix[c].T) * weight).sum(1) for c in range(3)]
-            total += beside(lobe.specular) * xp.stack(reflected, -1)
-    return xp.clip(total, 0, None)  # cut-off series dip below zero
+            reflected = xp.stack([((transfer @ matrix[c].T) * weight).sum(1) for c in range(3)], -1)
+        total += beside(lobe.specular) * reflected
+        direct += beside(lobe.specular) * sunlight[1] if sunlight is not None else 0.0
+    return xp.clip(total, 0, None) + direct  # cut-off series dip below zero

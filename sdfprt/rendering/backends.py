@@ -157,6 +157,7 @@ def frame(
         if not isinstance(scene, MeshScene):
             raise SdfprtError(f"{scene.file}: an asset of vertex storage belongs to a mesh, and this is an SDF")
         asset.check(scene)
+        shot.refuse_exact("vertex storage")
         by_shader = backend == "glsl" or (backend == "auto" and has_opengl())
         return (vertex_surface.draw if by_shader else vertex_surface.draw_by_rays)(scene, asset, light, shot)
     net = opengl.network_of(asset, scene)

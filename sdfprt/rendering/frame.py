@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import moderngl
 import numpy as np
@@ -14,15 +15,19 @@ from sdfprt.core.opengl import context, in_render_thread, read
 from sdfprt.imaging.camera import Camera
 from sdfprt.imaging.shot import Frame, Shot
 from sdfprt.light.light import Light
+from sdfprt.light.prepared import PreparedLight, prepare
+from sdfprt.light.suns import Suns
+from sdfprt.material.lobes import Material, parts
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering.mesh_surface import raster_tile
-from sdfprt.rendering.pieces import BACKGROUND, FREE, GRAIN
+from sdfprt.rendering.pieces import BACKGROUND, FREE, GRAIN, sun_uniforms
 from sdfprt.rendering.programs import on_cpu, programs
 from sdfprt.rendering.targets import Target, environment_texture
-from sdfprt.rendering.uniforms import set_camera, set_light, set_material, set_uniforms
+from sdfprt.rendering.uniforms import set_camera, set_exact, set_light, set_material, set_uniforms
 from sdfprt.rendering.units import SAMPLERS, Unit
 from sdfprt.sdf.kinds import AnyScene
+from sdfprt.sdf.scene import Scene
 
 _TILE = 1024  # samples along a side that are rendered at once
 _ROW = 32_768  # groups along x
@@ -54,6 +59,26 @@ def light_coefficients(light: Light, shot: Shot, net_bands: int) -> tuple[Float[
     """The light's SH coefficients for a shot, and the strength of their window."""
     bands = shot.lighting.light_bands or net_bands
     return light.sh_dered(bands) if shot.lighting.dering else (light.sh(bands), 0.0)
+
+
+def prepared(scene: AnyScene, net: TransferNet, light: Light, shot: Shot) -> PreparedLight:
+    """The light taken apart for a shot; all of a mesh's goes through transfer.
+
+    Raises SdfprtError for suns of a mesh that are asked for by number.
+    """
+    lighting = shot.lighting
+    if isinstance(scene, MeshScene):
+        if isinstance(lighting.suns, int) and lighting.suns > 0:
+            raise SdfprtError(f"{scene.file}: suns go by rays through a distance field, and this is a mesh; leave suns out")
+        lighting = replace(lighting, suns="off")
+    return prepare(light, lighting, shot.material, net.bands, scene.has_exponent)
+
+
+def field_of(scene: AnyScene) -> Scene:
+    """A scene that has a distance field. Raises SdfprtError for a mesh."""
+    if isinstance(scene, MeshScene):
+        raise SdfprtError(f"{scene.file}: suns go by rays through a distance field, and this is a mesh; leave suns out")
+    return scene
 
 
 def checked(pixels: Float[ndarray, "h w 4"], scene: AnyScene) -> Float[ndarray, "h w 4"]:
@@ -98,33 +123,51 @@ def trace_tile(scene: AnyScene, camera: Camera, tile: tuple[int, int, int, int],
 
 
 @in_render_thread
+def trace_suns(scene: AnyScene, suns: Suns, material: Material, camera: Camera, target: Target) -> list[moderngl.Texture]:
+    """The pass of the light's discs over a tile that was traced: sums for a white diffuse surface and for a white lobe."""
+    program = programs().sunlight_program(field_of(scene))
+    framebuffer, both = target.sunlight()
+    for unit, texture in zip((Unit.POINT, Unit.NORMAL, Unit.COLOUR), target.seen, strict=True):
+        texture.use(unit)
+    exponent = parts(material).get("exponent", 1.0)  # without a lobe nobody reads what it would give
+    values = {**sun_uniforms(suns), "eye": tuple(camera.eye), "lobeExponent": exponent, "hasExponent": scene.has_exponent}
+    set_uniforms(program.program, **values)
+    framebuffer.use()
+    program.draw()
+    return both
+
+
+@in_render_thread
 def draw(scene: AnyScene, net: TransferNet, light: Light, shot: Shot) -> Frame:
     """Draw with learnt transfer, by OpenGL. Raises SdfprtError without OpenGL, and where the picture is not finite."""
     pixels = np.zeros((shot.size[1], shot.size[0], 4), np.float32)
     samples = shot.samples
-    for tile, radiance in lit_tiles(scene, net, light, shot):
+    lit = prepared(scene, net, light, shot)
+    for tile, radiance in lit_tiles(scene, net, light, shot, lit):
         x, y, width, height = (v // samples for v in tile)
         fine = read(radiance).reshape(height, samples, width, samples, 4)
         pixels[y : y + height, x : x + width] = fine.mean(axis=(1, 3)) if samples > 1 else fine[:, 0, :, 0]
     checked(pixels, scene)
-    return Frame(pixels[..., :3], pixels[..., 3], light_coefficients(light, shot, net.bands)[1])
+    return Frame(pixels[..., :3], pixels[..., 3], lit.dering)
 
 
 def lit_tiles(
-    scene: AnyScene, net: TransferNet, light: Light, shot: Shot
+    scene: AnyScene, net: TransferNet, light: Light, shot: Shot, lit: PreparedLight | None = None
 ) -> Iterator[tuple[tuple[int, int, int, int], moderngl.Texture]]:
     """Tiles of the picture, and the radiance of their samples while it is on the card; the next one draws over it.
 
     For functions that are `in_render_thread`.
     """
-    coefficients = light_coefficients(light, shot, net.bands)[0]
+    lit = lit or prepared(scene, net, light, shot)
 
     # What stays the same for all tiles
     variant = programs().choose_variant(net, shot)
     lighting = programs().lighting_program(net, variant)
-    held: list = [*set_light(lighting, variant, net.bands, coefficients)]
+    held: list = [*set_light(lighting, variant, net.bands, lit.coefficients)]
+    if lit.exact is not None:
+        set_exact(lighting, lit.exact)
     set_material(lighting, scene, shot.material)
-    set_uniforms(lighting, ("eye",), eye=tuple(shot.camera.eye))
+    set_uniforms(lighting, ("eye",), eye=tuple(shot.camera.eye), sunlit=len(lit.suns) > 0)
     behind = programs().fixed_program(BACKGROUND) if shot.background else None
     if behind is not None:
         environment = environment_texture(context(), light)
@@ -142,7 +185,13 @@ def lit_tiles(
                 environment.use(Unit.ENVIRONMENT)
                 set_camera(behind.program, shot.camera, (*tile[:2], *shot.fine))
                 behind.draw()
-            for unit, texture in zip((Unit.POINT, Unit.NORMAL, Unit.COLOUR), target.seen, strict=True):
+            textures, units = [*target.seen], [Unit.POINT, Unit.NORMAL, Unit.COLOUR]
+            if len(lit.suns):
+                textures += trace_suns(scene, lit.suns, shot.material, shot.camera, target)
+                units += [Unit.SUN_DIFFUSE, Unit.SUN_GLOSSY]
+            if lit.exact is not None:
+                programs().light_maps(lit.exact)
+            for unit, texture in zip(units, textures, strict=True):
                 texture.use(unit)
             target.radiance.bind_to_image(0, read=False, write=True)
             context().memory_barrier()

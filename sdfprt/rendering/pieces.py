@@ -11,11 +11,14 @@ from typing import Any
 import numpy as np
 
 from sdfprt.core import settings
+from sdfprt.core.errors import SdfprtError
 from sdfprt.core.resources import folder
 from sdfprt.glsl.parts import KINDS
 from sdfprt.glsl.scanner import Block, declarations, macros, without_comments
 from sdfprt.glsl.text import blocks, fours, number, vector
+from sdfprt.light.suns import Suns
 from sdfprt.material.lobes import Diffuse, Material, parts
+from sdfprt.material.shading import ExactLight
 from sdfprt.maths import sh
 from sdfprt.network.mlp import SLOPE, TransferNet
 from sdfprt.sdf.scene import NORMAL_STEP, Scene
@@ -23,6 +26,7 @@ from sdfprt.sdf.scene import NORMAL_STEP, Scene
 VERSION = "#version 430"
 SURFACE = ("camera", "trace", "normal", "surface")
 LIGHT = ("network", "sh", "shade", "light")
+SUNLIGHT = ("trace", "suns", "sunlight")
 FREE = ("free",)
 LIST = ("list",)
 MESH_VERTEX = ("pinhole", "mesh_vertex")
@@ -45,6 +49,7 @@ class Variant:
     fixed_light: bool = True
     points: int = 1  # samples an invocation takes through the network together
     constant: str = ""  # digest of the network whose weights are in the text
+    exact: bool = False  # light and lobe exact: bands of light and result do not count
     group: int = 8  # invocations side by side: llvmpipe runs 8 together, a GPU two warps of 32
 
 
@@ -64,8 +69,14 @@ def _quads(count: int) -> int:
 
 
 def join(pieces: tuple[str, ...]) -> str:
-    """The pieces, each under a #line whose ten-thousands say which piece it is."""
-    return "\n".join(f"#line {10000 * at + 1}\n{piece(name)}" for at, name in enumerate(pieces, 1))
+    """The pieces, each under a #line whose ten-thousands say which piece it is; what several of them declare, once."""
+    seen: set[str] = set()
+
+    def keep(match: re.Match) -> str:
+        return match[0] if match[1] not in seen and not seen.add(match[1]) else ""
+
+    text = "\n".join(f"#line {10000 * at + 1}\n{piece(name)}" for at, name in enumerate(pieces, 1))
+    return re.sub(r"^(?:uniform )?\w+ (\w+)(?:\[[^\]]*\])?;[^\n]*$", keep, text, flags=re.M)
 
 
 def place(message: str, pieces: tuple[str, ...]) -> str:
@@ -96,6 +107,14 @@ def scene_uniforms(scene: Scene) -> dict[str, Any]:
     }
 
 
+def shadow_uniforms(scene: Scene) -> dict[str, Any]:
+    """Uniforms of suns.glsl for what belongs to the scene."""
+    return {
+        "shadowDistance": settings.Trace.epsilon * scene.diagonal,
+        "shadowLift": settings.Trace.lift * scene.diagonal,
+    }
+
+
 def network_uniforms(net: TransferNet) -> dict[str, Any]:
     """Uniforms of network.glsl, without the weights."""
     return {"networkCenter": tuple(map(float, net.center)), "networkExtent": float(net.extent), "networkScale": fours(net.scale)}
@@ -113,6 +132,12 @@ def surface_fragment(scene: Scene) -> str:
     return "\n".join([ours, renamed(ours, scene.shader_source), "#line 1", scene.shader_source])
 
 
+def sunlight_fragment(scene: Scene) -> str:
+    """The pass of the light's discs."""
+    ours = "\n".join([VERSION, f"#define MOST_SUNS {settings.Suns.most}", join(SUNLIGHT)])
+    return "\n".join([ours, renamed(ours, scene.shader_source), "#line 1", scene.shader_source])
+
+
 def fixed_fragment(pieces: tuple[str, ...]) -> str:
     """A pass without anything of the scene's or the network's: FREE or BACKGROUND."""
     return "\n".join([VERSION, join(pieces)])
@@ -120,7 +145,7 @@ def fixed_fragment(pieces: tuple[str, ...]) -> str:
 
 def light_compute(net: TransferNet, variant: Variant) -> str:
     """The second pass, a compute shader without text of the user's; without weights too, the same for all, if not `constant`."""
-    tau = [] if variant.fixed_light else [tau_text(net.bands, variant.light_bands, variant.result_bands)]
+    tau = [] if variant.fixed_light or variant.exact else [tau_text(net.bands, variant.light_bands, variant.result_bands)]
     weights = [constant_network(net)] if variant.constant else []
     return "\n".join([VERSION, defines(net, variant), *tau, *weights, join(light_pieces(variant))])
 
@@ -207,6 +232,31 @@ def weights_texture(net: TransferNet) -> np.ndarray:
     return np.pad(flat, ((0, -len(flat) % _TEXELS), (0, 0))).reshape(-1, _TEXELS, 4)
 
 
+def gloss_layers(exact: ExactLight) -> np.ndarray:
+    """F_j as (layers, rows, columns, 4), in shade.glsl's order: level, channel, coefficients in fours."""
+    if exact.gloss is None:
+        raise SdfprtError("the light was prepared for a material without gloss")
+    levels, rows, columns, count, _ = exact.gloss.shape
+    padded = np.pad(exact.gloss, ((0, 0), (0, 0), (0, 0), (0, -count % 4), (0, 0)))
+    quads = padded.reshape(levels, rows, columns, _quads(count), 4, 3)
+    return np.ascontiguousarray(quads.transpose(0, 5, 3, 1, 2, 4).reshape(-1, rows, columns, 4), np.float32)
+
+
+def turn_blocks(exact: ExactLight) -> np.ndarray:
+    """The turn of coefficients into the light's frame as shade.glsl has it: (blocks, 4 columns, 4 rows)."""
+    count = len(exact.turn)
+    padded = np.pad(exact.turn.T, ((0, -count % 4), (0, -count % 4)))
+    quads = _quads(count)
+    return padded.reshape(quads, 4, quads, 4).transpose(0, 2, 3, 1).reshape(-1, 4, 4)
+
+
+def sun_uniforms(suns: Suns) -> dict[str, Any]:
+    """Uniforms of suns.glsl for what belongs to the light; discs in world directions."""
+    directions, energy = np.zeros((settings.Suns.most, 4), np.float32), np.zeros((settings.Suns.most, 3), np.float32)
+    directions[: len(suns), :3], directions[: len(suns), 3], energy[: len(suns)] = suns.directions, suns.radii, suns.energy
+    return {"sunCount": len(suns), "sunDirection": directions, "sunEnergy": energy}
+
+
 def defines(net: TransferNet, variant: Variant) -> str:
     """The sizes that the pieces ask for, in fours where they count vectors."""
     values = {
@@ -219,8 +269,10 @@ def defines(net: TransferNet, variant: Variant) -> str:
         **_shading_sizes(net.bands, variant),
         "POINTS": variant.points,
         "GROUP": variant.group,
+        "MOST_SUNS": settings.Suns.most,
     }
-    return "\n".join(f"#define {name} {value}" for name, value in values.items())
+    exact = ["#define EXACT_LIGHT"] if variant.exact else []
+    return "\n".join([*exact, *(f"#define {name} {value}" for name, value in values.items())])
 
 
 def tau_text(transfer_bands: int, light_bands: int, result_bands: int) -> str:

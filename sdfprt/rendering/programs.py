@@ -4,6 +4,7 @@ Weights, light, colours and camera change without compiling.
 """
 
 import functools
+import hashlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -14,11 +15,13 @@ from sdfprt.core import kernels, settings
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.opengl import context, driver
 from sdfprt.imaging.shot import Shot
+from sdfprt.material.shading import ExactLight
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering.pieces import (
     GOURAUD,
     GOURAUD_VERTEX,
     MESH_VERTEX,
+    SUNLIGHT,
     SURFACE,
     VERSION,
     Variant,
@@ -32,9 +35,11 @@ from sdfprt.rendering.pieces import (
     piece,
     place,
     scene_uniforms,
+    shadow_uniforms,
+    sunlight_fragment,
     surface_fragment,
 )
-from sdfprt.rendering.targets import TARGET_SAMPLES, Kept, Target, Texture, network_texture, scene_texture
+from sdfprt.rendering.targets import TARGET_SAMPLES, Kept, LightMaps, Target, Texture, network_texture, scene_texture
 from sdfprt.rendering.uniforms import set_uniforms
 from sdfprt.rendering.units import SAMPLERS, Unit, scene_samplers
 from sdfprt.sdf.scene import Scene
@@ -68,6 +73,7 @@ class Programs:
         self.textures: Kept[str, Texture] = Kept(PROGRAMS)
         self.meshes: Kept[str, Any] = Kept(MESHES)  # mesh_surface.MeshBuffers, which build on this file
         self.mesh_programs: Kept[tuple[str, ...], moderngl.Program] = Kept(PROGRAMS)
+        self.maps: Kept[str, LightMaps] = Kept(PROGRAMS // 3)  # by their values
         self.weights: Kept[str, moderngl.Texture] = Kept(PROGRAMS)
         self.lit: dict[str, int] = {}  # samples, by the network's digest
 
@@ -81,6 +87,15 @@ class Programs:
             self.textures.get(kernels.texture(texels.values), lambda t=texels: scene_texture(context(), t)).use(unit)
         return made
 
+    def sunlight_program(self, scene: Scene) -> FullScreen:
+        """The program of the pass of the light's discs, with what belongs to the scene set."""
+        made = self._full_screen(f"suns {scene.shader_source}", lambda: sunlight_fragment(scene), SUNLIGHT, scene.file)
+        values = {**scene_uniforms(scene), **shadow_uniforms(scene), **scene_samplers(list(scene.texels)), "once": 1}
+        names = ("surfacePoint", "surfaceDirection", "surfaceColour")
+        values |= {name: SAMPLERS[name] for name in names}
+        set_uniforms(made.program, values, **values)  # a piece of the march is left out
+        return made
+
     def lighting_program(self, net: TransferNet, variant: Variant) -> moderngl.ComputeShader:
         """The program of the second pass, with what belongs to the network set."""
 
@@ -90,7 +105,7 @@ class Programs:
 
         program = self.lightings.get((defines(net, variant), variant, net.bands), compiled)
         self.weights.get(net.digest, lambda: network_texture(context(), net)).use(Unit.WEIGHTS)
-        names = ("networkWeights", "surfacePoint", "surfaceDirection", "surfaceColour")
+        names = ("networkWeights", "surfacePoint", "surfaceDirection", "surfaceColour", "sunDiffuse", "sunGlossy")
         values = {"once": 1, **network_uniforms(net), **{name: SAMPLERS[name] for name in names}}
         set_uniforms(program, values, **values)  # the driver drops what weights as constants and colours do not need
         return program
@@ -137,8 +152,18 @@ class Programs:
             options.product == "tpfl",
             points,
             constant,
+            options.exact,
             8 if on_cpu() else 64,
         )
+
+    def light_maps(self, exact: ExactLight) -> LightMaps:
+        """The maps of a light, in their units."""
+        digest = hashlib.blake2b(exact.open_light.tobytes())
+        if exact.gloss is not None:
+            digest.update(exact.gloss.tobytes())
+        made = self.maps.get(digest.hexdigest(), lambda: LightMaps(context(), exact))
+        made.use()
+        return made
 
     def target(self, size: tuple[int, int]) -> Target:
         return self.targets.get(size, lambda: Target(size))

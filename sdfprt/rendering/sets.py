@@ -191,8 +191,8 @@ def _entry(job: Job, yaw: float, light: str) -> dict[str, Any]:
 
 
 def _light_in_brief(job: Job) -> Job:
-    """For the wire: a picture without the light behind it needs coefficients only, not the map."""
-    if job.for_eyes:
+    """For the wire: a picture in spherical harmonics alone, without the light behind it, needs coefficients only."""
+    if job.for_eyes or job.shot.lighting.exact or job.shot.lighting.most_suns:
         return job
     bands = job.net.bands
     brief = Light(np.zeros((1, 2, 3), np.float32), job.light.name, _projected={bands: job.light.sh(bands)})

@@ -13,12 +13,14 @@ import numpy as np
 
 from sdfprt.core.opengl import context
 from sdfprt.light.light import Light
+from sdfprt.material.shading import ExactLight
 from sdfprt.network.mlp import TransferNet
-from sdfprt.rendering.pieces import GRAIN, weights_texture
+from sdfprt.rendering.pieces import GRAIN, gloss_layers, weights_texture
+from sdfprt.rendering.units import Unit
 from sdfprt.sdf.textures import Texels
 
 Texture = moderngl.Texture | moderngl.Texture3D
-TARGET_SAMPLES = 5 << 18  # of all targets that are kept together, 84 bytes each: a full tile and a quarter
+TARGET_SAMPLES = 5 << 18  # of all targets that are kept together, 84 to 116 bytes each: a full tile and a quarter
 
 
 @runtime_checkable
@@ -65,8 +67,19 @@ class Target:
         self.light = gl.framebuffer([self.radiance])
         self.lit = gl.framebuffer([self.radiance], self.depth)
         self.list = gl.buffer(reserve=4 * (1 + size[0] * size[1]))
+        self.suns: tuple[moderngl.Framebuffer, list[moderngl.Texture]] | None = None
+
+    def sunlight(self) -> tuple[moderngl.Framebuffer, list[moderngl.Texture]]:
+        """What the discs of a light give, diffuse and glossy: only there where a light has discs."""
+        if self.suns is None:
+            both = [context().texture(self.size, 4, dtype="f4") for _ in range(2)]
+            self.suns = context().framebuffer(both), both
+        return self.suns
 
     def release(self) -> None:
+        if self.suns is not None:
+            self.suns[0].release()
+            self.seen += self.suns[1]
         if (interop := sys.modules.get("sdfprt.core.interop")) is not None:  # loads torch; not there, nothing is mapped
             interop.forget(self.seen)
         for thing in (
@@ -83,6 +96,33 @@ class Target:
             thing.release()
         for texture in self.seen:
             texture.release()
+
+
+class LightMaps:
+    """The maps of a light that is exact, as shade.glsl reads them."""
+
+    def __init__(self, gl: moderngl.Context, exact: ExactLight) -> None:
+        height, width = exact.open_light.shape[:2]
+        self.open = gl.texture((width, height), 3, np.ascontiguousarray(exact.open_light, np.float32).tobytes(), dtype="f4")
+        self.gloss = None
+        if exact.gloss is not None:
+            values = gloss_layers(exact)
+            layers, rows, columns = values.shape[:3]
+            self.gloss = gl.texture_array((columns, rows, layers), 4, values.tobytes(), dtype="f4")
+        for texture in (self.open, self.gloss):
+            if texture is not None:
+                texture.repeat_x, texture.repeat_y = True, False
+                texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+
+    def use(self) -> None:
+        self.open.use(Unit.OPEN_LIGHT)
+        if self.gloss is not None:
+            self.gloss.use(Unit.GLOSS)
+
+    def release(self) -> None:
+        self.open.release()
+        if self.gloss is not None:
+            self.gloss.release()
 
 
 def scene_texture(gl: moderngl.Context, texels: Texels) -> Texture:

@@ -20,11 +20,15 @@ from sdfprt.core.interop import planes
 from sdfprt.core.opengl import in_render_thread
 from sdfprt.imaging.shot import Frame, Shot
 from sdfprt.light.light import Light
+from sdfprt.light.prepared import PreparedLight
+from sdfprt.light.suns import NO_SUNS, Suns
 from sdfprt.material import shading
+from sdfprt.material.lobes import parts
 from sdfprt.network import fused
 from sdfprt.network.mlp import TransferNet, activate, encode
-from sdfprt.rendering.frame import checked, light_coefficients, tiles, trace_tile
-from sdfprt.rendering.traced import trace_planes
+from sdfprt.rendering.frame import checked, field_of, prepared, tiles, trace_suns, trace_tile
+from sdfprt.rendering.traced import sun_planes, trace_planes
+from sdfprt.sdf import shadow
 from sdfprt.sdf.kinds import AnyScene
 from sdfprt.sdf.scene import Scene
 from sdfprt.transfer.seen import see
@@ -48,6 +52,7 @@ class Seen:
     exponent: Float[torch.Tensor, "n"] | None
     dark: Float[torch.Tensor, "n"]  # 1 inside of a closed mesh, else 0
     hit: Float[torch.Tensor, "n"] | None = None
+    sunlight: tuple[Float[torch.Tensor, "n 3"], Float[torch.Tensor, "n 3"]] | None = None  # of the light's discs, if it has any
 
     @property
     def packed(self) -> bool:
@@ -114,6 +119,7 @@ def _chosen(
     normals: torch.Tensor,
     own: torch.Tensor | None,
     packed: bool,
+    sunlight: list[torch.Tensor] | None = None,
 ) -> Seen:
     """Of rows of points with `hit`, normals with `dark` where there are four columns, and colours: all, or those that hit."""
     hit = points[:, 3]
@@ -121,37 +127,49 @@ def _chosen(
     if packed:
         rows = mask.reshape(-1)
         points, normals, own = points[rows], normals[rows], None if own is None else own[rows]
+        sunlight = None if sunlight is None else [each[rows] for each in sunlight]
     albedo = own[:, :3] if own is not None and scene.has_albedo else None
     exponent = own[:, 3] if own is not None and scene.has_exponent else None
+    suns_of = None if sunlight is None else (sunlight[0][:, :3], sunlight[1][:, :3])
     dark = normals[:, 3] if normals.shape[1] == 4 else torch.zeros_like(points[:, 3])
-    return Seen(tile, mask, points[:, :3], normals[:, :3], albedo, exponent, dark, None if packed else hit)
+    return Seen(tile, mask, points[:, :3], normals[:, :3], albedo, exponent, dark, None if packed else hit, suns_of)
 
 
 @in_render_thread
-def _seen_in_tile(scene: AnyScene, shot: Shot, tile: tuple[int, int, int, int], packed: bool) -> Seen:
+def _seen_in_tile(scene: AnyScene, shot: Shot, suns: Suns, tile: tuple[int, int, int, int], packed: bool) -> Seen:
     """One job, since the next one draws to the same textures."""
     target = trace_tile(scene, shot.camera, tile, shot.fine)
     points, normals, own = (plane.reshape(-1, 4) for plane in planes().planes(target.seen))
-    return _chosen(scene, tile, points, normals, own, packed)
+    sunlight = None
+    if len(suns):
+        both = planes().planes(trace_suns(scene, suns, shot.material, shot.camera, target))
+        sunlight = [plane.reshape(-1, 4) for plane in both]
+    return _chosen(scene, tile, points, normals, own, packed, sunlight)
 
 
-def _seen_by_opengl(scene: AnyScene, shot: Shot, packed: bool) -> Iterator[Seen]:
+def _seen_by_opengl(scene: AnyScene, shot: Shot, suns: Suns = NO_SUNS, packed: bool = True) -> Iterator[Seen]:
     """The first pass of the OpenGL renderer, tile after tile."""
     for tile in tiles(shot.size, shot.samples):
-        yield _seen_in_tile(scene, shot, tile, packed)
+        yield _seen_in_tile(scene, shot, suns, tile, packed)
 
 
-def _seen_by_warp(scene: AnyScene, shot: Shot, packed: bool) -> Iterator[Seen]:
+def _seen_by_warp(scene: AnyScene, shot: Shot, suns: Suns = NO_SUNS, packed: bool = True) -> Iterator[Seen]:
     """The Warp tracer, the whole picture at once; a field's, on torch's CUDA device, without the host."""
     whole = (0, 0, *shot.fine)
     if isinstance(scene, Scene) and device() == "cuda" and kernels.device().startswith("cuda"):
         seen = trace_planes(scene, shot, kernels.device())
-        yield _chosen(scene, whole, seen.points, seen.normals, seen.colours, packed)
+        sunlight = sun_planes(scene, shot, suns, seen, kernels.device()) if len(suns) else None
+        yield _chosen(scene, whole, seen.points, seen.normals, seen.colours, packed, sunlight)
         return
     seen = see(scene, shot.camera, shot.size, shot.samples)
     albedo, exponent = (None if v is None else _sent(v) for v in (seen.albedo, seen.exponent))
     dark = _sent(seen.dark.astype(np.float32))
-    yield Seen(whole, _sent(seen.mask), _sent(seen.points), _sent(seen.normals), albedo, exponent, dark)
+    sunlight = None
+    if len(suns):
+        exponents = parts(shot.material).get("exponent", 1.0) if seen.exponent is None else seen.exponent
+        both = shadow.sunlight(field_of(scene), suns, seen.points, seen.normals, -seen.directions, exponents)
+        sunlight = _sent(both[0]), _sent(both[1])
+    yield Seen(whole, _sent(seen.mask), _sent(seen.points), _sent(seen.normals), albedo, exponent, dark, sunlight=sunlight)
 
 
 SURFACES = {"torch": _seen_by_opengl, "warp": _seen_by_warp}
@@ -162,31 +180,31 @@ def draw(scene: AnyScene, net: TransferNet, light: Light, shot: Shot, surface: s
 
     Raises SdfprtError for torch without OpenGL, for the triple product in each fragment, and where the picture is not finite.
     """
-    strength = light_coefficients(light, shot, net.bands)[1]
-    picture = picture_on_device(scene, net, light, shot, surface).cpu().numpy()
+    lit = prepared(scene, net, light, shot)
+    picture = picture_on_device(scene, net, light, shot, surface, lit).cpu().numpy()
     checked(picture, scene)
-    return Frame(picture[..., :3], picture[..., 3], strength)
+    return Frame(picture[..., :3], picture[..., 3], lit.dering)
 
 
 @torch.no_grad()
 def picture_on_device(
-    scene: AnyScene, net: TransferNet, light: Light, shot: Shot, surface: str = "torch"
+    scene: AnyScene, net: TransferNet, light: Light, shot: Shot, surface: str = "torch", lit: PreparedLight | None = None
 ) -> Float[torch.Tensor, "h w 4"]:
     """Radiance and alpha of `draw`, left where torch computes; on CUDA the host waits for nothing if one kernel fits."""
-    shot.refuse_beyond(f"the back end {surface}", "dering", "light_bands", "result_bands")
-    coefficients = light_coefficients(light, shot, net.bands)[0]
+    shot.refuse_beyond(f"the back end {surface}", "dering", "light_bands", "result_bands", "suns", "gloss")
+    lit = lit or prepared(scene, net, light, shot)
     result_bands = shot.lighting.result_bands or net.bands
     samples = shot.samples
     directions = shot.camera.rays(shot.size, samples)[1] if shot.background else np.empty((0, 0, 3))
     eye = _sent(np.asarray(shot.camera.eye))
     picture = torch.zeros((shot.size[1], shot.size[0], 4), device=eye.device)
-    for seen in SURFACES[surface](scene, shot, not fused.fits(net)):
+    for seen in SURFACES[surface](scene, shot, lit.suns, not fused.fits(net)):
         # Network and light
         x, y, width, height = seen.tile
         outgoing = torch.nn.functional.normalize(eye - seen.points, dim=1)
         transfer = predict(net, seen.points, seen.normals, hit=seen.hit)
-        own = {"albedo": seen.albedo, "exponent": seen.exponent}
-        colour = shading.shade(transfer, seen.normals, outgoing, coefficients, shot.material, result_bands, **own)
+        own = {"albedo": seen.albedo, "exponent": seen.exponent, "exact": lit.exact, "sunlight": seen.sunlight}
+        colour = shading.shade(transfer, seen.normals, outgoing, lit.coefficients, shot.material, result_bands, **own)
         colour = torch.nn.functional.pad(colour * (1 - seen.dark[:, None]), (0, 1), value=1.0)
         if seen.packed:
             fine = torch.zeros((height, width, 4), device=eye.device)

@@ -5,13 +5,16 @@ Its twin is sdf.trace.gbuffer, on numpy's arrays, with the same kernels; a test 
 
 from dataclasses import dataclass
 
+import numpy as np
 import torch
 from jaxtyping import Float
 from torch import Tensor
 
 from sdfprt.core import kernels, settings
 from sdfprt.imaging.shot import Shot
-from sdfprt.sdf import colour, trace
+from sdfprt.light.suns import Suns
+from sdfprt.material.lobes import parts
+from sdfprt.sdf import colour, shadow, trace
 from sdfprt.sdf.compiled import distance_kernel
 from sdfprt.sdf.scene import NORMAL_STEP, Scene
 
@@ -51,6 +54,22 @@ def trace_planes(scene: Scene, shot: Shot, where: str) -> Planes:
         _launch(colour.kernel(scene), padded, [torch.cat([points, normals], 1), colours], [])
         colours = colours[:count]
     return Planes(torch.cat([points, hit[:, None].float()], 1)[:count], normals[:count], colours)
+
+
+@torch.no_grad()
+def sun_planes(scene: Scene, shot: Shot, suns: Suns, seen: Planes, where: str) -> list[Float[Tensor, "n 3"]]:
+    """Sums over a light's discs at every sample, as sdf.shadow.sunlight, for a white diffuse surface and for a white lobe."""
+    count = len(seen.points)
+    eye = torch.tensor(shot.camera.eye, dtype=torch.float32, device=where)
+    outgoing = torch.nn.functional.normalize(eye - seen.points[:, :3], dim=1)
+    own = parts(shot.material).get("exponent", 1.0)
+    exponent = seen.colours[:, 3] if scene.has_exponent and seen.colours is not None else torch.full_like(seen.points[:, 3], own)
+    rows = torch.ones((kernels.padded(count), 10), device=where)
+    rows[:count] = torch.cat([seen.points[:, :3], seen.normals, outgoing, exponent[:, None]], 1)
+    discs, box = (torch.tensor(v, dtype=torch.float32, device=where) for v in (shadow.rows_of(suns), np.ravel(scene.bounds)))
+    out = torch.empty(6 * len(rows), device=where)
+    _launch(shadow.kernel(scene), len(rows), [rows, discs, out, box], [len(suns), *shadow.limits(scene)])
+    return list(out.reshape(-1, 6)[:count].split(3, dim=1))
 
 
 def _directions(shot: Shot, where: str) -> Float[Tensor, "n 3"]:

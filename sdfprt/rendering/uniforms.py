@@ -12,7 +12,9 @@ from sdfprt.core.errors import SdfprtError
 from sdfprt.imaging.camera import Camera
 from sdfprt.material import shading
 from sdfprt.material.lobes import Material, parts
-from sdfprt.rendering.pieces import Variant
+from sdfprt.material.shading import ExactLight
+from sdfprt.rendering.pieces import Variant, turn_blocks
+from sdfprt.rendering.units import SAMPLERS
 from sdfprt.sdf.kinds import AnyScene
 
 Program = moderngl.Program | moderngl.ComputeShader
@@ -51,6 +53,18 @@ def set_light(program: Program, variant: Variant, bands: int, light: Float[ndarr
     block.binding = 0
     buffer.bind_to_uniform_block(0)
     return [buffer]
+
+
+def set_exact(program: Program, exact: ExactLight) -> None:
+    """The turn into the light's frame; the maps are in their units."""
+    values = {
+        "toLight": exact.rotation,  # rows written as columns: the transpose is the inverse
+        "turnTransfer": turn_blocks(exact),
+        "glossLevels": len(exact.gloss) if exact.gloss is not None else 1,
+        "glossMaps": SAMPLERS["glossMaps"],
+        "openLight": SAMPLERS["openLight"],
+    }
+    set_uniforms(program, values, **values)  # by the material's lobes
 
 
 def set_material(program: Program, scene: AnyScene, material: Material) -> None:

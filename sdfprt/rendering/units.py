@@ -11,9 +11,13 @@ class Unit(IntEnum):
     COLOUR = 2
     ENVIRONMENT = 3  # the light behind the scene
     WEIGHTS = 4  # of the network
-    PICTURE = 5  # of a mesh's finish
+    PICTURE = 5  # of a mesh's finish, in its first pass
+    SUN_DIFFUSE = 5  # what the discs of the light give, by rays
+    SUN_GLOSSY = 6
     CONES = 7  # how far the coarse pass was free
-    SCENE = 8
+    GLOSS = 8  # the light with the lobe, prefiltered
+    OPEN_LIGHT = 9
+    SCENE = 10
 
 
 SAMPLERS = {
@@ -24,6 +28,10 @@ SAMPLERS = {
     "networkWeights": Unit.WEIGHTS,
     "picture": Unit.PICTURE,
     "freeCones": Unit.CONES,
+    "sunDiffuse": Unit.SUN_DIFFUSE,
+    "sunGlossy": Unit.SUN_GLOSSY,
+    "glossMaps": Unit.GLOSS,
+    "openLight": Unit.OPEN_LIGHT,
 }  # uniform -> unit
 
 

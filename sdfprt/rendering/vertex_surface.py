@@ -90,7 +90,7 @@ def draw(scene: MeshScene, table: VertexTable, light: Light, shot: Shot) -> Fram
 
 def draw_by_rays(scene: MeshScene, table: VertexTable, light: Light, shot: Shot) -> Frame:
     """The same picture by rays and numpy."""
-    shot.refuse_beyond("vertex storage without OpenGL", "dering", "light_bands", "result_bands")
+    shot.refuse_beyond("vertex storage without OpenGL", "dering", "light_bands", "result_bands", "suns", "gloss")
     coefficients, strength = light_coefficients(light, shot, table.bands)
     seen = rays.seen(scene, shot.camera, shot.size, shot.samples)
     back = rows(scene)[2]

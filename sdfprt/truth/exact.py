@@ -3,7 +3,7 @@
 Against `render` the difference is the network's error; against `reference` it is the truncation of the SH.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,12 +13,16 @@ from numpy import ndarray
 from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
 from sdfprt.imaging.camera import Camera
-from sdfprt.imaging.shot import Frame, Shot, compose
+from sdfprt.imaging.shot import Frame, Lighting, Shot, compose
 from sdfprt.light.light import Light
+from sdfprt.light.prepared import prepare
 from sdfprt.material import shading
-from sdfprt.material.lobes import Material
+from sdfprt.material.lobes import Material, parts
+from sdfprt.mesh.scene import MeshScene
 from sdfprt.network.mlp import TransferNet
+from sdfprt.sdf import shadow
 from sdfprt.sdf.kinds import AnyScene
+from sdfprt.sdf.scene import Scene
 from sdfprt.transfer.compute import compute_transfer
 from sdfprt.transfer.seen import Seen, see
 
@@ -36,19 +40,38 @@ class View:
         return self.seen.mask
 
     def shade(
-        self, light: Light, material: Material, light_bands: int | None = None, result_bands: int | None = None
+        self,
+        light: Light,
+        material: Material,
+        light_bands: int | None = None,
+        result_bands: int | None = None,
+        lighting: Lighting | None = None,
     ) -> Float[ndarray, "h w 3"]:
-        """Linear radiance, black where nothing is hit; light and result bands default to the transfer's."""
+        """Linear radiance, black where nothing is hit; light and result bands default to the transfer's.
+
+        As the papers have it, in spherical harmonics alone, or with `lighting` as that says; a mesh has no suns by rays.
+        """
         bands = round(self.transfer.shape[1] ** 0.5)
+        seen = self.seen
+        lighting = lighting or Lighting(light_bands=light_bands, result_bands=result_bands, suns="off", gloss="sh")
+        if isinstance(self.scene, MeshScene):
+            lighting = replace(lighting, suns="off")
+        lit = prepare(light, lighting, material, bands, seen.exponent is not None)
+        sunlight = None
+        if len(lit.suns) and isinstance(self.scene, Scene):
+            exponents = parts(material).get("exponent", 1.0) if seen.exponent is None else seen.exponent
+            sunlight = shadow.sunlight(self.scene, lit.suns, seen.points, seen.normals, -seen.directions, exponents)
         values = shading.shade(
             self.transfer,
-            self.seen.normals,
-            -self.seen.directions,
-            light.sh(light_bands or bands),
+            seen.normals,
+            -seen.directions,
+            lit.coefficients,
             material,
-            result_bands or bands,
-            self.seen.albedo,
-            self.seen.exponent,
+            lighting.result_bands or bands,
+            seen.albedo,
+            seen.exponent,
+            lit.exact,
+            sunlight,
         )
         picture = np.zeros((*self.mask.shape, 3), np.float32)
         picture[self.mask] = values
@@ -82,11 +105,11 @@ def draw(scene: AnyScene, light: Light, shot: Shot, bands: int = settings.Transf
 
     Raises SdfprtError for options that they have and this has not.
     """
-    shot.refuse_beyond("exact transfer", "light_bands", "result_bands")
+    shot.refuse_beyond("exact transfer", "dering", "light_bands", "result_bands", "suns", "gloss")
     if shot.background:
         raise SdfprtError("exact transfer has no option background; leave it out")
     seen = view(scene, shot.camera, shot.size, bands, rays, shot.samples)
-    fine = seen.shade(light, shot.material, shot.lighting.light_bands, shot.lighting.result_bands)
+    fine = seen.shade(light, shot.material, lighting=shot.lighting)
     cells = (shot.size[1], shot.samples, shot.size[0], shot.samples)
     return Frame(fine.reshape(*cells, 3).mean(axis=(1, 3)), seen.mask.reshape(cells).mean(axis=(1, 3), dtype=np.float32))
 

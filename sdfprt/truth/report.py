@@ -105,7 +105,7 @@ def report(
         for width, asset in assets.items():
             n = asset.net.bands
             fine = view.cut(n).shade(light, material)
-            drawn = frame(scene, asset, light, material, camera, size)
+            drawn = frame(scene, asset, light, material, camera, size, suns="off", gloss="sh")
             seen = mask & (drawn.alpha > 0)
             predicted = view.predicted(asset.net).shade(light, material)
             splits.append(split(material, width, drawn.rgb, predicted, fine, truth.rgb, seen))

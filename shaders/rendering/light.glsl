@@ -1,6 +1,7 @@
 // Second pass: network and lighting of the samples that hit, POINTS of them an invocation.
 void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS]);
 vec3 shade(vec3 n, vec3 o, vec4 transfer[OUTPUTS], vec3 base, float s);
+vec3 sunShade(vec3 base, vec3 diffuse, vec3 glossy);
 layout(local_size_x = GROUP) in;
 layout(std430, binding = 0) readonly buffer SeenSamples {
     uint seenCount;
@@ -15,6 +16,9 @@ uniform vec3 albedo;
 uniform float exponent;
 uniform bool hasAlbedo;
 uniform bool hasExponent;
+uniform bool sunlit;           // whether discs of the light go by rays
+uniform sampler2D sunDiffuse;  // their sums, of the sunlight pass
+uniform sampler2D sunGlossy;
 
 // Number of this invocation: groups stand in rows, since a driver takes 65,535 along a side.
 uint invocation() {
@@ -42,7 +46,9 @@ void main() {
         for (int i = 0; i < OUTPUTS; i++) transfer[i] = all[k * OUTPUTS + i];
         vec4 colour = texelFetch(surfaceColour, place(k), 0);
         vec3 o = normalize(eye - p[k]);
-        vec3 light = shade(n[k], o, transfer, hasAlbedo ? colour.rgb : albedo, hasExponent ? colour.a : exponent);
+        vec3 base = hasAlbedo ? colour.rgb : albedo;
+        vec3 light = shade(n[k], o, transfer, base, hasExponent ? colour.a : exponent);
+        if (sunlit) light += sunShade(base, texelFetch(sunDiffuse, place(k), 0).rgb, texelFetch(sunGlossy, place(k), 0).rgb);
         float dark = texelFetch(surfaceDirection, place(k), 0).w;  // the inside of a closed mesh
         imageStore(radiance, place(k), vec4(light * (1.0 - dark), 1.0));
     }

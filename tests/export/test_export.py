@@ -26,9 +26,12 @@ def _psnr(a: np.ndarray, b: np.ndarray) -> float:
     return float(10 * np.log10(1 / max(((a - b) ** 2).mean(), 1e-12)))
 
 
+PAPERS = {"suns": "off", "gloss": "sh"}
+
+
 def _drawn(light: Light, material: Material, exposure: float = 1.0, background: bool = True, **options) -> np.ndarray:
     """A PNG of `render`, 0 to 1."""
-    picture = frame(SCENE, NET, light, material, size=SIZE, dering=True, background=background, **options)
+    picture = frame(SCENE, NET, light, material, size=SIZE, dering=True, background=background, **PAPERS, **options)
     return tone.srgb_encode(tone.tone_map(picture.rgb, exposure))
 
 
@@ -107,7 +110,7 @@ def test_a_shipped_scene_looks_in_the_browser_as_render_draws_it(browser, tmp_pa
 
     scene = Scene.load("fish")
     page = _open(browser, tmp_path / "fish.html", export_html(scene, bake(scene), SKY, size=(96, 96)))
-    picture = frame(scene, bake(scene), SKY, size=(96, 96), dering=True, background=True)
+    picture = frame(scene, bake(scene), SKY, size=(96, 96), dering=True, background=True, **PAPERS)
     assert _psnr(_canvas(page), tone.srgb_encode(tone.tone_map(picture.rgb))) > 35
     page.close()
 
@@ -123,7 +126,7 @@ def _bumpy() -> Scene:
 
 def test_a_scenes_textures_are_in_the_page(browser, tmp_path):
     page = _open(browser, tmp_path / "page.html", export_html(_bumpy(), NET, SKY, size=SIZE))
-    picture = frame(_bumpy(), NET, SKY, size=SIZE, dering=True, background=True)
+    picture = frame(_bumpy(), NET, SKY, size=SIZE, dering=True, background=True, **PAPERS)
     assert _psnr(_canvas(page), tone.srgb_encode(tone.tone_map(picture.rgb))) > 40
     page.close()
 
@@ -239,7 +242,7 @@ def test_a_scene_that_es_does_not_take_is_written_anew():
     scene = Scene(glsl=glsl)
     text = export_shadertoy(scene, NET, SKY, Diffuse(), background=False)
     assert "Written anew" in text
-    picture = frame(scene, NET, SKY, Diffuse(), size=SIZE, dering=True)
+    picture = frame(scene, NET, SKY, Diffuse(), size=SIZE, dering=True, **PAPERS)
     assert _psnr(_toy(text, SIZE), tone.srgb_encode(tone.tone_map(picture.rgb))) > 45
     export_html(scene, NET, SKY)
 

@@ -13,6 +13,7 @@ from sdfprt.truth import exact
 from sdfprt.truth.path_tracing import reference
 
 SIZE = (48, 48)
+PAPERS = {"suns": "off", "gloss": "sh"}
 LIGHT = Light.load("sky_afternoon").rotated(yaw=60.0)
 
 
@@ -23,12 +24,12 @@ def test_path_traced_picture(assert_image: Callable[..., None]):
 
 
 def test_picture_of_exact_transfer(assert_image: Callable[..., None]):
-    picture = exact.exact(nets.scene(), LIGHT, DiffusePhong(exponent=16.0), size=SIZE, bands=4, rays=256)
+    picture = exact.exact(nets.scene(), LIGHT, DiffusePhong(exponent=16.0), size=SIZE, bands=4, rays=256, **PAPERS)
     assert_image(picture, "exact", psnr=45, flip=0.01)
 
 
 def test_picture_of_the_fragment_shader(assert_image: Callable[..., None]):
     """45 dB: silhouettes, where drivers round differently."""
     room = nets.scene()
-    picture = frame(room, Asset(nets.random_net(), room.hash), LIGHT, Diffuse((0.6, 0.5, 0.3)), size=SIZE).rgb
+    picture = frame(room, Asset(nets.random_net(), room.hash), LIGHT, Diffuse((0.6, 0.5, 0.3)), size=SIZE, **PAPERS).rgb
     assert_image(np.asarray(picture), "shader", psnr=45, flip=0.01)

@@ -22,6 +22,7 @@ from sdfprt.sdf.trace import gbuffer
 SIZE = (48, 40)
 SCENE, NET = nets.scene(), nets.random_net()
 LIGHT = Light.load("studio").rotated(yaw=40)
+PAPERS = {"suns": "off", "gloss": "sh"}
 
 
 def _psnr(a: np.ndarray, b: np.ndarray, trimmed: float = 0.02) -> float:
@@ -33,7 +34,7 @@ def _psnr(a: np.ndarray, b: np.ndarray, trimmed: float = 0.02) -> float:
 
 @pytest.mark.parametrize("material", [Diffuse((0.7, 0.5, 0.3)), Phong(12.0, (0.9, 0.8, 1.0)), DiffusePhong()], ids=str)
 def test_a_frame_is_trace_network_and_shading_done_by_others(material):
-    got = frame(SCENE, NET, LIGHT, material=material, size=SIZE)
+    got = frame(SCENE, NET, LIGHT, material=material, size=SIZE, **PAPERS)
     seen = gbuffer(SCENE, SCENE.camera, SIZE)
     expected = np.zeros((SIZE[1], SIZE[0], 3))
     transfer = NET.predict(seen.points, seen.normals)
@@ -126,9 +127,12 @@ def test_turning_light_camera_and_colours_compiles_nothing():
 def test_the_scenes_own_albedo_and_exponent_are_used():
     base = "float sdf(vec3 p) { return length(p) - 0.6; }\n"
     own = base + "vec3 albedo(vec3 p, vec3 n) { return vec3(0.2, 0.4, 0.6); }\nfloat exponent(vec3 p, vec3 n) { return 6.0; }"
-    a = frame(Scene(glsl=own), NET, LIGHT, DiffusePhong(), size=(20, 20))
-    b = frame(Scene(glsl=base), NET, LIGHT, DiffusePhong((0.2, 0.4, 0.6), 6.0), size=(20, 20))
+    both = (own, DiffusePhong()), (base, DiffusePhong((0.2, 0.4, 0.6), 6.0))
+    a, b = (frame(Scene(glsl=text), NET, LIGHT, each, size=(20, 20), **PAPERS) for text, each in both)
     np.testing.assert_allclose(a.rgb, b.rgb, rtol=0, atol=1e-6)
+    # Between prefiltered maps of exponents 4 and 8
+    a, b = (frame(Scene(glsl=text), NET, LIGHT, each, size=(20, 20)) for text, each in both)
+    np.testing.assert_allclose(a.rgb, b.rgb, rtol=0, atol=0.04 * b.rgb.max())
 
 
 @pytest.mark.parametrize("backend", ["glsl", "warp"])

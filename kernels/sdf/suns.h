@@ -1,0 +1,116 @@
+// Sums over the discs that were taken out of a light, at many surface points: item k does lanes k*LANES …
+// Twin of shaders/rendering/suns.glsl, with the same constants and the same steps; what they mean is told there.
+// `rows`: point, normal, unit direction to the eye, exponent; `suns`: direction, angular radius, energy. `out`: the sums for a
+// white diffuse surface, then for a white lobe.
+struct Suns : Simd {
+    // Parts of a disc; radius, radians, up to which one ray is enough; share below which all is dark; depth of the look behind a hit
+    enum { PARTS = 7, BALLS = 4 };
+    static CUDA_CALLABLE float narrow() { return 0.035f; }
+    static CUDA_CALLABLE float dark() { return 0.02f; }
+    static CUDA_CALLABLE float probe() { return 3.0f; }
+
+    static CUDA_CALLABLE F cone_free(const F* o, const F* d, F begin, F tangent, const float* box, float most_near, float step, int steps, M live) {
+        F enter, far;
+        Tracer::clip(o[0], o[1], o[2], d[0], d[1], d[2], box, enter, far);
+        const F zero = splat(0.0f), one = splat(1.0f), tiny = splat(1e-20f);
+        F t = begin, free = one, near = splat(most_near), ball = zero, taken = zero;
+        M alive = live & lt(t + near, far), met = none(), deep = none(), ended = none();
+        for (int i = 0; i < steps && any(alive); i++) {
+            const F r = Scene::distance(o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2], alive) * step;
+            const M behind = alive & met;
+            deep = deep | (behind & lt(r, -tangent * t));
+            ended = ended | behind;
+            alive = alive & ~behind;
+            if (i == 0) near = sel(lt(zero, r), min(near, 0.5f * r), near);
+            const F back = min(max((r * r - ball * ball + taken * taken) / (2.0f * max(taken, tiny)), zero), taken);
+            const F nearest = sqrt(max(r * r - back * back, zero)), wide = tangent * max(t - back, tiny);
+            const M apart = lt(ball, taken) & (lt(ball + r, taken) | lt(nearest, wide));
+            free = sel(alive & ~apart, min(free, nearest / wide), free);
+            met = selm(alive, ~apart & (lt(r, near) | lt(free, splat(dark()))), met);
+            const F slope = sel(lt(zero, taken), min(max((r - ball) / max(taken, tiny), -one), splat(0.8f)), splat(-0.5f));
+            const F ahead = sel(lt(r, 2.0f * wide), r, min(1.9f * r / (1.0f - slope), max(r, far - near - t)));
+            t = sel(alive, t + sel(apart, ball - taken, sel(met, probe() * tangent * t, ahead)), t);
+            taken = sel(apart, ball, ahead);
+            ball = sel(apart, ball, r);
+            alive = alive & (met | lt(t, far));
+        }
+        return sel(deep, -one, sel(met | alive | ended, zero, free));
+    }
+
+    // Mean of the clamped cosine over a disc whose middle is at the cosine c
+    static CUDA_CALLABLE F disc_cosine(F c, float sine) {
+        const float s = sine > 1e-6f ? sine : 1e-6f;
+        const F x = min(max(c / s, splat(-1.0f)), splat(1.0f)), root = sqrt(1.0f - x * x);
+        const F part = s * (x * (0.5f + (asin(x) + x * root) * 0.318309886f) + root * root * root * 0.212206591f);
+        return sel(le(splat(s), c), c, sel(le(c, splat(-s)), splat(0.0f), part));
+    }
+};
+{
+    const int base = item * SDFPRT_LANES;
+    F v[10], sum[6];
+    for (int c = 0; c < 10; c++) {
+        v[c] = Simd::splat(0.0f);
+        for (int k = 0; k < SDFPRT_LANES; k++) Simd::set(v[c], k, rows.data[10 * (base + k) + c]);
+    }
+    for (int c = 0; c < 6; c++) sum[c] = Simd::splat(0.0f);
+    const F zero = Simd::splat(0.0f), one = Simd::splat(1.0f);
+    const F *p = v, *n = v + 3, *e = v + 6, s = v[9];
+    F o[3], m[3], radius[Suns::BALLS];
+    float height[Suns::BALLS];
+    const F facing = 2.0f * (n[0] * e[0] + n[1] * e[1] + n[2] * e[2]);
+    for (int c = 0; c < 3; c++) o[c] = p[c] + lift * n[c], m[c] = facing * n[c] - e[c];
+    for (int k = 0; k < Suns::BALLS; k++) {
+        height[k] = 2.0f * lift * (float)(1 << (2 * k));
+        radius[k] = Scene::distance(o[0] + height[k] * n[0], o[1] + height[k] * n[1], o[2] + height[k] * n[2], Simd::ones()) * step;
+    }
+    for (int number = 0; number < count; number++) {
+        const float* sun = suns.data + 7 * number;
+        const float angle = sun[3], tangent = tanf(angle);
+        const F up = Suns::disc_cosine(n[0] * sun[0] + n[1] * sun[1] + n[2] * sun[2], sinf(angle));
+        M live = Simd::lt(zero, up);
+        if (!Simd::any(live)) continue;
+
+        // A frame about the direction
+        const float x = sun[0], y = sun[1], z = sun[2];
+        float side[3];
+        if (fabsf(x) < 0.7f) side[0] = 0.0f, side[1] = z, side[2] = -y;
+        else side[0] = -z, side[1] = 0.0f, side[2] = x;
+        const float length = sqrtf(side[0] * side[0] + side[1] * side[1] + side[2] * side[2]);
+        for (int c = 0; c < 3; c++) side[c] /= length;
+        const float other[3] = {y * side[2] - z * side[1], z * side[0] - x * side[2], x * side[1] - y * side[0]};
+
+        F lit = zero, all = zero;
+        for (int part = 0; part < Suns::PARTS && Simd::any(live); part++) {
+            const float turn = 0.26f + 6.28318531f * (float)part / (float)(Suns::PARTS - 1), aside = part ? 0.666667f * tangent : 0.0f;
+            float w[3], size = 0.0f;
+            for (int c = 0; c < 3; c++) w[c] = sun[c] + aside * (cosf(turn) * side[c] + sinf(turn) * other[c]), size += w[c] * w[c];
+            F d[3];
+            for (int c = 0; c < 3; c++) d[c] = Simd::splat(w[c] / sqrtf(size));
+            const F cosine = n[0] * d[0] + n[1] * d[1] + n[2] * d[2];
+            const M faces = live & Simd::lt(zero, cosine);
+            F start = zero;
+            for (int k = 0; k < Suns::BALLS; k++) {
+                const F along = height[k] * cosine, inside = along * along - height[k] * height[k] + radius[k] * radius[k];
+                const F leaves = along + Simd::sqrt(Simd::max(inside, zero));
+                const M empty = Simd::lt(zero, radius[k]) & Simd::le(zero, inside) & Simd::le(2.0f * along - leaves, start);
+                start = Simd::sel(empty, Simd::max(start, leaves), start);
+            }
+            const F free = Suns::cone_free(o, d, start, Simd::splat(part ? tangent / 3.0f : tangent), box.data, near, step, steps, faces);
+            all = Simd::sel(faces, all + cosine, all);
+            const M whole = faces & (part ? Simd::none() : Simd::le(one, free) | Simd::lt(free, zero) | Simd::mask(angle < Suns::narrow()));
+            const F share = part ? free : Simd::sel(whole, free, Simd::min(3.0f * free, one));
+            lit = Simd::sel(faces, lit + cosine * Simd::max(share, zero), lit);
+            live = live & ~whole;
+        }
+        const F given = Simd::sel(Simd::lt(zero, lit), up * lit / Simd::max(all, Simd::splat(1e-20f)), zero);
+        const F wide = 1.0f / (1.0f + 0.25f * s * angle * angle);
+        const F near_lobe = Simd::max(m[0] * x + m[1] * y + m[2] * z, Simd::splat(1e-20f));
+        const F lobe = (s + 2.0f) * 0.159154943f * wide * Simd::exp2(s * wide * Simd::log2(near_lobe));
+        for (int c = 0; c < 3; c++) {
+            sum[c] += given * 0.318309886f * sun[4 + c];
+            sum[3 + c] += given * lobe * sun[4 + c];
+        }
+    }
+    for (int k = 0; k < SDFPRT_LANES; k++)
+        for (int c = 0; c < 6; c++) out.data[6 * (base + k) + c] = Simd::lane(sum[c], k);
+}

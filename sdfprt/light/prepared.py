@@ -1,0 +1,60 @@
+"""A light taken apart for a picture: discs that go by rays, coefficients, and maps in which light and lobe are exact."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from sdfprt.core import settings
+from sdfprt.imaging.shot import Lighting
+from sdfprt.light import prefiltered
+from sdfprt.light.light import Light
+from sdfprt.light.suns import Suns
+from sdfprt.material.lobes import Material, Phong
+from sdfprt.material.shading import ExactLight
+from sdfprt.maths import sh
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedLight:
+    """`suns` in world directions; of the rest SH `coefficients` in the world, `dering` the strength of their window, maps."""
+
+    suns: Suns
+    coefficients: Float[ndarray, "k 3"]
+    dering: float
+    exact: ExactLight | None
+
+
+def prepare(light: Light, lighting: Lighting, material: Material, bands: int, varying: bool = False) -> PreparedLight:
+    """The light for transfer of `bands` bands and a material, whose exponent is `varying` where the surface gives it.
+
+    Everything but the rotation is kept with the light: another turn of it costs nothing.
+    """
+    suns, rest = light.without_suns(lighting.most_suns)
+    if not len(suns):
+        rest = light
+    of_light = lighting.light_bands or bands
+    coefficients, strength = rest.sh_dered(of_light) if lighting.dering else (rest.sh(of_light), 0.0)
+    return PreparedLight(suns, coefficients, strength, _exact(rest, material, bands, varying) if lighting.exact else None)
+
+
+def _exact(light: Light, material: Material, bands: int, varying: bool) -> ExactLight:
+    def pixels() -> ndarray:
+        return prefiltered.shrunk(light.pixels)
+
+    exponents = [lobe.exponent for lobe in material.lobes if isinstance(lobe, Phong)]
+    rows = None
+    if exponents and varying:
+        exponents, rows = [2.0**level for level in range(settings.Gloss.levels)], settings.Gloss.level_rows
+    maps = [
+        light.derived(("gloss", bands, exponent, rows), lambda e=exponent: prefiltered.prefilter(pixels(), bands, e, rows))
+        for exponent in exponents
+    ]
+    return ExactLight(
+        light.rotation,
+        sh.rotation(light.rotation, bands),
+        light.derived(("open", bands), lambda: prefiltered.open_light(pixels(), bands)),
+        np.ascontiguousarray(np.stack(maps)) if maps else None,
+        varying,
+    )

@@ -2,12 +2,12 @@
 // corner, distance, and 1 where the ray meets the front, a column each of `total`.
 {
     const int at = item * SDFPRT_LANES;
-    Embree embree(handles.data);
-    Embree::Ray ray;
+    Tree tree(handles.data);
+    Tree::Ray ray;
     F v[6];
     for (int k = 0; k < 6; k++) v[k] = Simd::fill(rows.data + k * total + at);
-    embree.start(ray, v[0], v[1], v[2], v[3], v[4], v[5], 0.0f);
-    const M met = embree.meet(ray, Simd::ones());
+    tree.start(ray, v[0], v[1], v[2], v[3], v[4], v[5], 0.0f);
+    const M met = tree.meet(ray, Simd::ones());
     const F along = ray.normal_x * v[3] + ray.normal_y * v[4] + ray.normal_z * v[5];
     Simd::spill(out.data + at, Simd::sel(met, Simd::as_F(Simd::as_I(ray.triangle)), Simd::as_F(Simd::splat(-1))));
     Simd::spill(out.data + total + at, ray.second);

@@ -1,7 +1,7 @@
 // One bounce more of a row of a table an item: T_i = integral of (1 - V) albedo/pi T_i(q) max(n.w, 0) dw, q what the ray meets, T(q)
 // interpolated from the table before (Gentle Introduction to PRT, 6.2.6.3). The albedo is the met triangle's.
 {
-    Embree embree(handles.data);
+    Tree tree(handles.data);
     const int width = 3 * coefficients;  // floats a row, coefficients padded to whole packets
     F sum[3 * 64 / SDFPRT_LANES];
     for (int i = 0; i < width / SDFPRT_LANES; i++) sum[i] = Simd::splat(0.0f);
@@ -13,9 +13,9 @@
         F x, y, z;
         M used;
         directions.packet(at, x, y, z, used);
-        Embree::Ray ray;
-        embree.start(ray, ox, oy, oz, x, y, z, 0.0f);
-        const M met = embree.meet(ray, used);
+        Tree::Ray ray;
+        tree.start(ray, ox, oy, oz, x, y, z, 0.0f);
+        const M met = tree.meet(ray, used);
         const F along = ray.normal_x * x + ray.normal_y * y + ray.normal_z * z;
         for (unsigned left = Simd::bits(met); left; left &= left - 1) {
             const int k = Simd::lowest(left), face = (int)Simd::lane(Simd::as_I(ray.triangle), k);

@@ -1,6 +1,6 @@
 // Transfer of a point of a mesh an item: T_i = integral of V max(n.w, 0) y_i(w) dw by cosine-weighted directions, V by Embree.
 {
-    Embree embree(handles.data);
+    Tree tree(handles.data);
     Projection projection;
     F sum[64];
     for (int i = 0; i < bands * bands; i++) sum[i] = Simd::splat(0.0f);
@@ -19,9 +19,9 @@
             directions.packet(batch + at, x, y, z, used);
             Simd::spill(dx + at, x), Simd::spill(dy + at, y), Simd::spill(dz + at, z);
             if (shadowed) {
-                Embree::Ray ray;
-                embree.start(ray, ox, oy, oz, x, y, z, 0.0f);
-                used = embree.free(ray, used);
+                Tree::Ray ray;
+                tree.start(ray, ox, oy, oz, x, y, z, 0.0f);
+                used = tree.free(ray, used);
             }
             Simd::spill(open + at, Simd::sel(used, Simd::splat(1.0f), Simd::splat(0.0f)));
         }

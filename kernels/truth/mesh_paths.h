@@ -17,7 +17,7 @@ struct Surface : Simd {
     }
 };
 {
-    Embree embree(handles.data);
+    Tree tree(handles.data);
     Environment light;
     light.pixels = pixels.data, light.density = density.data, light.rows = rows.data, light.columns = columns.data;
     light.turn = numbers.data + 7, light.height = height, light.width = width;
@@ -46,11 +46,11 @@ struct Surface : Simd {
             light.sample(u, v, wx, wy, wz, r[0], r[1], r[2], there);
             F up = at.nx * wx + at.ny * wy + at.nz * wz;
             lobes.evaluate(up, mx * wx + my * wy + mz * wz, f, here);
-            Embree::Ray ray;
+            Tree::Ray ray;
             F ox, oy, oz;
             at.leave(wx, wy, wz, lift, ox, oy, oz);
-            embree.start(ray, ox, oy, oz, wx, wy, wz, 0.0f);
-            M open = embree.free(ray, live & Simd::lt(zero, up) & Simd::lt(zero, here));
+            tree.start(ray, ox, oy, oz, wx, wy, wz, 0.0f);
+            M open = tree.free(ray, live & Simd::lt(zero, up) & Simd::lt(zero, here));
             for (int c = 0; c < 3; c++) radiance[c] += Simd::sel(open, through[c] * f[c] * r[c] / (here + there), zero);
 
             // Along the lobe: light where it is free, on from what it meets
@@ -61,8 +61,8 @@ struct Surface : Simd {
             lobes.evaluate(up, mx * wx + my * wy + mz * wz, f, here);
             const M useful = live & Simd::lt(zero, up) & Simd::lt(Simd::splat(1e-12f), here);
             at.leave(wx, wy, wz, lift, ox, oy, oz);
-            embree.start(ray, ox, oy, oz, wx, wy, wz, 0.0f);
-            const M met = embree.meet(ray, useful);
+            tree.start(ray, ox, oy, oz, wx, wy, wz, 0.0f);
+            const M met = tree.meet(ray, useful);
             open = useful & ~met;
             for (int c = 0; c < 3; c++) {
                 radiance[c] += Simd::sel(open, through[c] * f[c] * r[c] / (here + there), zero);

@@ -36,13 +36,15 @@ def check(
     as_json: AsJson = False,
 ) -> None:
     """Does the scene compile, where is its surface, is it a distance, what does it cost? Exit status 1 where there are problems."""
+    from sdfprt.mesh import check as meshes
+    from sdfprt.mesh.scene import MeshScene
     from sdfprt.sdf import check
 
     if png is not None:
         picture(png)
     keep_apart({"--png": png}, [scene])
-    loaded = reading.load(scene)
-    report = check.check(loaded)
+    loaded = reading.load(scene, notes=False)
+    report = meshes.check(loaded) if isinstance(loaded, MeshScene) else check.check(loaded)
     print(json.dumps(asdict(report), indent=2) if as_json else report)
     if png is not None:
         from sdfprt.imaging.image import write

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from sdfprt.light.light import Light
     from sdfprt.material.lobes import Material
     from sdfprt.sdf.kinds import AnyScene
+    from sdfprt.sdf.scene import Scene
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -151,7 +152,8 @@ class Reading:
         list[str] | None, typer.Option("--define", metavar="NAME=VALUE", help="A value for a name of the file; several times.")
     ] = None
 
-    def load(self, source: str) -> "AnyScene":
+    def load(self, source: str, notes: bool = True) -> "AnyScene":
+        """The scene; what is worth knowing of a mesh goes to standard error."""
         from sdfprt.sdf.scene import Scene
 
         given: dict[str, Any] = {}
@@ -163,9 +165,18 @@ class Reading:
         if self.define:
             given["defines"] = dict(map(definition, self.define))
         loaded = Scene.load(source, **given)
-        for note in () if isinstance(loaded, Scene) else loaded.notes:  # `check` shows those of a Scene
+        for note in () if isinstance(loaded, Scene) or not notes else loaded.notes:
             print(f"sdfprt: {loaded.file}: {note}", file=sys.stderr)
         return loaded
+
+
+def field_only(scene: "AnyScene", verb: str) -> "Scene":
+    """The scene, where it is an SDF. Raises SdfprtError for a mesh."""
+    from sdfprt.sdf.scene import Scene
+
+    if not isinstance(scene, Scene):
+        raise SdfprtError(f"{verb}: {scene.file} is a mesh, and {verb} takes SDFs only; render, render-set and reference take both")
+    return scene
 
 
 @dataclass(frozen=True)
@@ -263,6 +274,7 @@ class Weights:
     def read(self, scene: "AnyScene") -> Any:
         from sdfprt.baking.asset import Asset
         from sdfprt.baking.sdf import bake
+        from sdfprt.mesh.scene import MeshScene
         from sdfprt.tables.vertex import VertexTable, is_table
 
         own = {"storage": (self.storage or Storage.network).value, "bounces": self.bounces}
@@ -273,7 +285,9 @@ class Weights:
         for flag, value in given.items():
             if value is not None:
                 raise SdfprtError(f"--{flag} {value}: what --asset {self.asset} holds has its own; give one of the two")
-        return VertexTable.load(self.asset, scene) if is_table(self.asset) else Asset.load(self.asset, scene=scene)
+        if is_table(self.asset) and isinstance(scene, MeshScene):
+            return VertexTable.load(self.asset, scene)
+        return Asset.load(self.asset, scene=scene)
 
 
 def read_light(name: str, layout: Layout) -> "Light":

@@ -17,6 +17,7 @@ from sdfprt.cli.options import (
     Size,
     Switch,
     Weights,
+    field_only,
     keep_apart,
     picture,
     pixels,
@@ -52,7 +53,7 @@ def export(
         picture(shadertoy, (".glsl", ".frag", ".txt"))
     keep_apart({"--html": html, "--shadertoy": shadertoy}, [scene, look.light, weights.asset])
     resolution = pixels(size)
-    loaded = reading.load(scene)
+    loaded = field_only(reading.load(scene), "export")
     light, material, camera = look.read_light(), look.read_material(loaded), look.read_camera(loaded)
     baked = weights.read(loaded)
     same: dict[str, Any] = {
@@ -88,7 +89,7 @@ def view(
     from sdfprt.export.window import view as run
 
     resolution = pixels(size)
-    loaded = reading.load(scene)
+    loaded = field_only(reading.load(scene), "view")
     light, material, camera = look.read_light(), look.read_material(loaded), look.read_camera(loaded)
     need_display(loaded)
     baked = weights.read(loaded)

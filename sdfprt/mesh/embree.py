@@ -61,7 +61,7 @@ def _device() -> int:
 
 
 class Tree:
-    """The bounding volumes of a mesh; `handles` are what kernels/mesh/embree.h reads."""
+    """The bounding volumes of a mesh; `handles` are what kernels/mesh/tree.h reads."""
 
     def __init__(self, vertices: Float[ndarray, "v 3"], faces: Int[ndarray, "f 3"]) -> None:
         library = _library()

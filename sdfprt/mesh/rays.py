@@ -1,9 +1,10 @@
-"""What a ray meets of a mesh: whether it is free, and what it meets first; by Embree, packets of rays on all threads."""
+"""What a ray meets of a mesh: whether it is free, and what it meets first; by Embree on all threads, on CUDA by Warp's tree."""
 
 import weakref
 from dataclasses import dataclass
 
 import numpy as np
+import warp as wp
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
@@ -12,14 +13,40 @@ from sdfprt.imaging.camera import Camera
 from sdfprt.mesh.embree import Tree
 from sdfprt.mesh.scene import MeshScene
 
-_trees: weakref.WeakKeyDictionary[MeshScene, Tree] = weakref.WeakKeyDictionary()
+
+class WarpTree:
+    """Warp's bounding volumes of a mesh, on the device of the kernels; the twin of `embree.Tree`."""
+
+    def __init__(self, vertices: Float[ndarray, "v 3"], faces: Int[ndarray, "f 3"]) -> None:
+        self.mesh = wp.Mesh(points=kernels.array(vertices, wp.vec3), indices=kernels.array(faces, int))
+
+    def handles(self, lanes: int) -> Int[ndarray, "6"]:
+        """What kernels/mesh/tree.h reads."""
+        return np.array([self.mesh.id, 0, 0], np.uint64).view(np.int32)
 
 
-def tree(scene: MeshScene) -> Tree:
+_trees: weakref.WeakKeyDictionary[MeshScene, dict[str, Tree | WarpTree]] = weakref.WeakKeyDictionary()
+
+
+def by_warp() -> bool:
+    """Whether kernels ask Warp's tree: on CUDA."""
+    return kernels.device().startswith("cuda")
+
+
+def preamble(share: int = 0) -> str:
+    """What kernels/mesh/tree.h asks for, and the rays that a fan of transfer/projection.h holds."""
+    lines = ["#undef SDFPRT_WARP_TREE", *(["#define SDFPRT_WARP_TREE"] if by_warp() else [])]
+    lines += ["#undef SDFPRT_SHARE", f"#define SDFPRT_SHARE {share}"] if share else []
+    return "\n".join([*lines, ""])
+
+
+def tree(scene: MeshScene) -> Tree | WarpTree:
     """Of the scene, built at its first use and kept as long as the scene is."""
-    if scene not in _trees:
-        _trees[scene] = Tree(scene.vertices, scene.faces)
-    return _trees[scene]
+    kept = _trees.setdefault(scene, {})
+    where = kernels.device() if by_warp() else "cpu"
+    if where not in kept:
+        kept[where] = (WarpTree if by_warp() else Tree)(scene.vertices, scene.faces)
+    return kept[where]
 
 
 def lift(scene: MeshScene) -> float:
@@ -61,7 +88,7 @@ def _cast(scene: MeshScene, origins: ndarray, directions: ndarray, piece: str, c
     rows[3, len(directions) :] = 1.0
     out = kernels.zeros(columns * padded)
     flat = kernels.FLOATS
-    kernel = kernels.build("", ("mesh/embree.h", piece), {"rows": flat, "out": flat, "handles": kernels.WHOLES, "total": int})
+    kernel = kernels.build(preamble(), ("mesh/tree.h", piece), {"rows": flat, "out": flat, "handles": kernels.WHOLES, "total": int})
     handles = kernels.array(tree(scene).handles(kernels.lanes()), int)
     kernels.launch(kernel, padded // kernels.lanes(), [kernels.array(rows), out, handles, padded])
     return out.numpy()

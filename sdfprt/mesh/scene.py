@@ -151,7 +151,7 @@ class MeshScene:
         """Of each triangle, over a few places on it."""
         every = np.arange(len(self.faces))
         found = [self.albedo(every, np.tile(np.array(weights, np.float32), (len(every), 1))) for weights in _AVERAGED]
-        return np.mean(found, axis=0, dtype=np.float32)
+        return np.asarray(np.mean(found, axis=0), np.float32)
 
     def exponent(self, faces: Int[ndarray, "n"]) -> Float[ndarray, "n"]:
         """Phong exponent of triangles; the material's where the file has none."""

@@ -185,7 +185,7 @@ def _entry(job: Job, yaw: float, light: str) -> dict[str, Any]:
     depends = [_VERSION, entry, job.scene.hash, job.scene.look, net, light, job.kind]
     digest = hashlib.sha256(json.dumps(depends).encode()).hexdigest()[:12]
     about = f"{job.scene.name}-{job.light.name}-{yaw:g}-{entry['material']}"
-    scene = hashlib.sha256(json.dumps([job.scene.hash, job.scene.shader_source]).encode()).hexdigest()
+    scene = hashlib.sha256(json.dumps([job.scene.hash, job.scene.look]).encode()).hexdigest()
     digests = {"scene_digest": scene[:16], "light_digest": light[:16]}
     return {"file": f"{re.sub(r'[^A-Za-z0-9_.+-]', '_', about)}-{digest}.{job.kind}", **entry, **digests}
 

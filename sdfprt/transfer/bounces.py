@@ -36,8 +36,8 @@ def bounced(
     total = last[..., :used].copy()
     flat, whole = kernels.FLOATS, kernels.WHOLES
     kernel = kernels.build(
-        "#undef SDFPRT_SHARE\n#define SDFPRT_SHARE 128\n",
-        ("mesh/embree.h", "transfer/projection.h", "transfer/bounce.h"),
+        mesh_rays.preamble(128),
+        ("mesh/tree.h", "transfer/projection.h", "transfer/bounce.h"),
         {
             "points": flat, "normals": flat, "out": flat, "sequence": flat, "numbers": whole, "handles": whole, "faces": whole,
             "back": whole, "table": flat, "albedos": flat, "coefficients": int, "rays": int, "seed": int, "lift": float,

@@ -19,8 +19,8 @@ def kernel() -> Any:
     """What computes transfer, a point an item."""
     flat, whole = kernels.FLOATS, kernels.WHOLES
     return kernels.build(
-        "#undef SDFPRT_SHARE\n#define SDFPRT_SHARE 128\n",
-        ("mesh/embree.h", "transfer/projection.h", "transfer/mesh.h"),
+        mesh_rays.preamble(128),
+        ("mesh/tree.h", "transfer/projection.h", "transfer/mesh.h"),
         {
             "points": flat, "normals": flat, "out": flat, "recurrence": flat, "sequence": flat, "numbers": whole, "handles": whole,
             "bands": int, "rays": int, "seed": int, "shadowed": int, "lift": float,

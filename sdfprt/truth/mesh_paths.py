@@ -39,7 +39,7 @@ class MeshTracer:
         kinds = {name: kernels.FLOATS for name in names} | {name: kernels.WHOLES for name in ("faces", "handles")}
         kinds |= {name: int for name in ("height", "width", "bounces", "has_albedo", "has_exponent")} | {"lift": float}
         kinds |= {name: int for name in ("start", "packets", "seed")} | {"all": kernels.FLOATS, "squares": kernels.FLOATS}
-        self.kernel = kernels.build("", ("mesh/embree.h", "truth/sampling.h", "truth/mesh_paths.h"), kinds)
+        self.kernel = kernels.build(rays.preamble(), ("mesh/tree.h", "truth/sampling.h", "truth/mesh_paths.h"), kinds)
 
     def run(self, directions: ndarray, start: int, packets: int, seed: int) -> tuple[ndarray, ndarray, ndarray]:
         """Sums of packet means and of their squares (N, 3), and hits (N,), of N rays whose first has the number `start`."""

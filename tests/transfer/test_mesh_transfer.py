@@ -76,6 +76,25 @@ def test_one_lane_gives_what_packets_give(monkeypatch: pytest.MonkeyPatch) -> No
     assert np.sqrt(np.mean((compute_transfer(made, made.vertices, made.normals, rays=24) - whole) ** 2)) < 2e-3
 
 
+def test_the_tree_of_cuda_gives_what_embree_gives(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Warp's, here on the CPU."""
+    made = scene(ball(level=3), square(3.0, -1.0, 4))
+    directions = np.random.default_rng(0).normal(size=(333, 3)).astype(np.float32)
+    origin = np.array([0.1, 2.0, 0.2])
+    whole, hits = compute_transfer(made, made.vertices, made.normals, rays=24), rays.meet(made, origin, directions)
+    monkeypatch.setenv("SDFPRT_DEVICE", "scalar")
+    monkeypatch.setattr(rays, "by_warp", lambda: True)
+    monkeypatch.setattr(rays, "_trees", type(rays._trees)())
+    other, met = compute_transfer(made, made.vertices, made.normals, rays=24), rays.meet(made, origin, directions)
+    assert np.sqrt(np.mean((other - whole) ** 2)) < 2e-3
+    same = hits.faces == met.faces
+    assert same.mean() > 0.99
+    same &= hits.faces >= 0
+    np.testing.assert_array_equal(hits.front[same], met.front[same])
+    np.testing.assert_allclose(hits.weights[same], met.weights[same], atol=1e-4)
+    np.testing.assert_allclose(hits.distance[same], met.distance[same], rtol=1e-5)
+
+
 def test_what_rays_meet() -> None:
     made = scene(ball(level=4), square(3.0, -1.0))
     directions = np.random.default_rng(0).normal(size=(501, 3)).astype(np.float32)

@@ -53,7 +53,7 @@ _TOY_INPUTS = (
     "uniform float iChannelTime[4]; uniform vec3 iChannelResolution[4]; uniform vec4 iMouse; uniform vec4 iDate;\n"
     "uniform sampler2D iChannel0; uniform sampler2D iChannel1; uniform sampler2D iChannel2; uniform sampler2D iChannel3;\n"
 )
-_MAP = 512  # texels a row of a light behind the page's scene, at most
+_MAP = 512  # texels along a side of a light behind the page's scene, at most
 
 
 @checked(yaw=(-1e6, 1e6), size=SIZES, samples=SAMPLES, exposure=(1e-6, 1e6))
@@ -222,10 +222,13 @@ def _literal(kind: str, value: Any) -> str:
 
 def _light(light: Light, bands: int, dering: bool) -> dict[str, Any]:
     coefficients = light.sh_dered(bands)[0] if dering else light.sh(bands)
+    height, width = light.pixels.shape[:2]
     pixels = light.pixels
-    while pixels.shape[1] > _MAP:
-        height, width = (n // 2 * 2 for n in pixels.shape[:2])
-        pixels = pixels[:height, :width].reshape(height // 2, 2, width // 2, 2, 3).mean(axis=(1, 3))
+    if width > _MAP or height > _MAP:
+        across = min(width, _MAP)
+        # As many rows as keep the texels' shape: a sphere's map of a few long rows stays one of a few rows
+        down = min(max(round(height * across / width), 1), height, _MAP)
+        pixels = shrunk(shrunk(pixels, down), across, axis=1)
     return {
         "name": light.name,
         "sh": coefficients,
@@ -239,6 +242,16 @@ def _texture(texels: Texels) -> dict[str, Any]:
     """A texture of the scene in half precision, which every WebGL 2 filters."""
     values = texels.values.transpose(1, 2, 0) if texels.flat else texels.values
     return {"size": texels.size, "data": _packed(np.ascontiguousarray(values, np.float16).tobytes())}
+
+
+def shrunk(values: Float[ndarray, "h w c"], count: int, axis: int = 0) -> Float[ndarray, "h2 w2 c"]:
+    """Fewer rows, or columns for axis 1: each of the `count` is the mean over its share of the old ones, parts of texels too."""
+    values = np.moveaxis(np.asarray(values, np.float64), axis, 0)
+    below = np.concatenate([np.zeros_like(values[:1]), np.cumsum(values, axis=0)])  # integral from the first edge
+    at = np.linspace(0, len(values), count + 1)
+    whole = np.minimum(at.astype(int), len(values) - 1)
+    integral = below[whole] + (at - whole)[:, None, None] * values[whole]
+    return np.moveaxis(np.diff(integral, axis=0) * (count / len(values)), 0, axis)
 
 
 def shared_exponent(pixels: Float[ndarray, "h w 3"]) -> ndarray:

@@ -20,8 +20,8 @@ _COLOURS = (
 _ROUGH = "roughness rough alpha".split()
 _SHINY = "shininess gloss glossiness exponent specpower specularpower specularexponent specexp shine phong power".split()
 _NO_COLOURS = "p pos position point n nor norm normal uv uvw q rd ro emission emissive emit glow light trap".split()
-# Phong exponent of a roughness alpha; the other home of s = 2 / alpha^2 - 2 is material
-_EXPONENT = "clamp(2.0 / max({0} * {0}, 1e-4) - 2.0, 1.0, 10000.0)"
+# Phong exponent of a roughness alpha: the twin of material.lobes.exponent_of_roughness, which a test holds it against
+_EXPONENT = "clamp(2.0 / max({0} * {0}, 1e-4) - 2.0, 0.0, 10000.0)"
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def _exponent(names: Sequence[tuple[str, str, str]]) -> str:
     for wanted in _SHINY:
         for text, kind, name in names:
             if kind == "float" and name == wanted:
-                straight = f"clamp({text}, 1.0, 10000.0)"
+                straight = f"clamp({text}, 0.0, 10000.0)"
                 if "gloss" not in name:
                     return straight
                 return f"({text} <= 1.0 ? {_EXPONENT.format(f'(1.0 - {text})')} : {straight})"  # 0 to 1, or an exponent

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from sdfprt.core.errors import SdfprtError
+from sdfprt.core.settings import Compile
 from sdfprt.glsl import numbers, operations
 from sdfprt.glsl.operations import Leaf, literal, vary
 from sdfprt.glsl.spirv import IMAGE, Instruction, Module, dimensions
@@ -22,7 +23,6 @@ _C_TYPE = {"f": "F", "i": "I", "u": "U", "b": "M"}
 _C_UNIFORM = {"f": "float", "i": "int", "u": "unsigned", "b": "bool"}
 _LARGE = 400  # instructions; a larger function is called, a smaller one inlined
 _HEAVY = 8  # instructions that are worth a test whether any lane wants them
-_MEMORY = 50_000  # scalars of all variables: 16 lanes of them still fit a thread's stack
 BUDGET = 50_000  # turns of all loops in one evaluation: what exceeds it does not end in sensible time
 
 
@@ -78,8 +78,8 @@ class Translator:
                 self.samplers[v.result] = (textures or {})[name]
         variables = [v for function in module.functions.values() for v in function.variables]
         scalars = sum(module.size(self.pointee(v.type)) for v in (*module.globals, *variables) if v.result not in self.samplers)
-        if scalars > _MEMORY:
-            raise SdfprtError(f"its variables hold {scalars:,} numbers; {_MEMORY:,} is the most that can be evaluated")
+        if scalars > Compile.numbers:
+            raise SdfprtError(f"its variables hold {scalars:,} numbers; {Compile.numbers:,} is the most that can be evaluated")
         self.wild = numbers.wild(module)
         self.uniformity = {key: Uniformity(module, function) for key, function in module.functions.items()}
         self.constants: dict[int, list[Leaf]] = {}

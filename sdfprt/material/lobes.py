@@ -107,5 +107,8 @@ def parts(material: Material) -> dict:
 
 
 def exponent_of_roughness(alpha: float) -> float:
-    """Phong exponent 2 / alpha^2 - 2 of a microfacet surface whose roughness is alpha, at most 10,000 (Walter et al. 2007)."""
-    return 10_000.0 if alpha <= 0.0141 else min(max(2.0 / (alpha * alpha) - 2.0, 0.0), 10_000.0)
+    """Phong exponent 2 / alpha^2 - 2 of a microfacet surface whose roughness is alpha, 0 to 10,000 (Walter et al. 2007).
+
+    glsl/results.py writes the same in GLSL, for structs that hold a roughness.
+    """
+    return min(max(2.0 / max(alpha * alpha, 1e-4) - 2.0, 0.0), 10_000.0)

@@ -7,8 +7,6 @@ import time
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
-from numpy import ndarray
 
 from sdfprt.maths.box import Box, said
 from sdfprt.sdf import measure
@@ -102,8 +100,7 @@ def check(scene: Scene) -> Report:
     suggested_offset = measure.THIN * scene.diagonal / 2 if thin else 0.0
     whole = None if dead else find_bounds(scene.distance)
     found = whole.bounds if whole else None
-    faces = _on_faces(scene.bounds, points)
-    cut = float(np.mean(values[faces] < 0)) if faces.any() else 0.0
+    on_faces = values[measure.on_faces(scene.bounds, points)]
     if thin:
         notes.append(f"the distance is never negative; offset = {suggested_offset:.3g} gives it a thickness")
     if not surface:
@@ -112,7 +109,7 @@ def check(scene: Scene) -> Report:
             f"({at[0]:.3g}, {at[1]:.3g}, {at[2]:.3g})"
             + (f"; there is one in {said(found)}: set `bounds` in scene.toml" if found is not None else "")
         )
-    elif cut > 0.9 and values.max() > 0:
+    elif measure.negative_all_around(on_faces) and values.max() > 0:
         problems.append(f"{scene.file}: inside out: the distance is negative all around; return -d")
     elif whole is not None and not whole.endless and _misses(scene.bounds, whole.bounds):
         notes.insert(0, f"the bounds cut the surface, which reaches {said(whole.bounds)}; scene.toml or --bounds says them")
@@ -129,7 +126,7 @@ def check(scene: Scene) -> Report:
         surface=surface,
         bounds=scene.bounds,
         found_bounds=found,
-        open_at_bounds=0 < cut,
+        open_at_bounds=bool((on_faces < 0).any()),
         inside=float(np.mean(values < 0)),
         smallest=lowest,
         smallest_at=(float(at[0]), float(at[1]), float(at[2])),
@@ -158,11 +155,6 @@ def _read_before_written(scene: Scene) -> list[str]:
     if not p.zeroed or not changed(p.zeroed):
         return []
     return [name for name in p.zeroed if len(p.zeroed) == 1 or changed((name,))] or list(p.zeroed)
-
-
-def _on_faces(box: Box, points: Float[ndarray, "n 3"]) -> ndarray:
-    low, high = np.asarray(box, np.float32)
-    return ((points <= low) | (points >= high)).any(1)
 
 
 def _misses(bounds: Box, found: Box) -> bool:

@@ -6,7 +6,7 @@ Functions of the function alone, so that a scene can be measured while it is loa
 from collections.abc import Callable
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from sdfprt.core.progress import track
@@ -29,13 +29,19 @@ def grid(box: Box) -> Float[ndarray, "n 3"]:
 
 def faces(box: Box) -> Float[ndarray, "n 3"]:
     """The points of `grid` that lie on the faces of the box."""
-    points, (low, high) = grid(box), np.asarray(box, np.float32)
-    return points[((points <= low) | (points >= high)).any(axis=1)]
+    points = grid(box)
+    return points[on_faces(box, points)]
+
+
+def on_faces(box: Box, points: Float[ndarray, "n 3"]) -> Bool[ndarray, "n"]:
+    """Which points lie on the faces of the box, or outside of it."""
+    low, high = np.asarray(box, np.float32)
+    return ((points <= low) | (points >= high)).any(axis=1)
 
 
 def negative_all_around(values: Float[ndarray, "n"]) -> bool:
     """Do distances on the faces of the bounds say that the field is inside out?"""
-    return float(np.mean(values < 0)) > _ALL_AROUND
+    return bool(len(values)) and float(np.mean(values < 0)) > _ALL_AROUND
 
 
 def samples(distance: Distance, first: ndarray, cell: float, counts: ndarray) -> Float[ndarray, "nz ny nx"]:

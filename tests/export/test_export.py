@@ -2,6 +2,7 @@
 
 import base64
 import shutil
+import zlib
 from pathlib import Path
 
 import nets
@@ -225,6 +226,27 @@ def test_shared_exponents_are_what_opengl_reads():
     scale = 2.0 ** ((packed >> 27).astype(float) - 24)
     read = np.stack([(packed >> shift & 511) * scale for shift in (0, 9, 18)], axis=-1)
     assert (np.abs(read - pixels) <= pixels.max(axis=-1, keepdims=True) / 511).all()  # half a step of the largest channel
+
+
+@pytest.mark.parametrize("size", [(1, 1100), (2, 1025), (257, 514), (3000, 8), (600, 1200)], ids=str)
+def test_a_light_larger_than_the_page_holds_gets_fewer_texels_and_keeps_its_energy(size: tuple[int, int]) -> None:
+    height, width = size
+    pixels = np.random.default_rng(1).random((height, width, 3)).astype(np.float32)
+    stored = page._light(Light(pixels), 3, dering=False)
+    columns, rows = stored["size"]
+    assert 1 <= rows <= min(height, 512) and 1 <= columns <= min(width, 512)
+    packed = np.frombuffer(zlib.decompress(base64.b64decode(stored["map"])), np.uint32)
+    assert len(packed) == rows * columns
+    scale = 2.0 ** ((packed >> 27).astype(float) - 24)
+    mean = np.stack([(packed >> shift & 511) * scale for shift in (0, 9, 18)], axis=-1).mean(axis=0)
+    np.testing.assert_allclose(mean, pixels.mean(axis=(0, 1), dtype=float), rtol=1e-3)  # 9 bits a channel, many texels
+
+
+def test_fewer_rows_are_means_of_the_rows_that_they_cover() -> None:
+    rows = np.array([3.0, 6.0, 9.0, 12.0, 15.0]).reshape(5, 1, 1)
+    np.testing.assert_allclose(page.shrunk(rows, 2).ravel(), [(3 + 6 + 4.5) / 2.5, (4.5 + 12 + 15) / 2.5], rtol=1e-12)
+    across = np.arange(12.0).reshape(2, 6, 1)
+    np.testing.assert_allclose(page.shrunk(across, 3, axis=1), across.reshape(2, 3, 2, 1).mean(axis=2), rtol=1e-12)
 
 
 def test_a_scene_that_es_does_not_take_is_written_anew():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sdfprt.core.errors import GlslError
+from sdfprt.material.lobes import exponent_of_roughness
 from sdfprt.sdf.colour import colours
 from sdfprt.sdf.scene import Scene
 
@@ -81,7 +82,7 @@ def test_what_is_no_colour_colours_nothing(text: str) -> None:
     ("text", "exponents"),
     [
         (struct("float d; vec3 col; float roughness;", "Hit(d, c, ball ? 0.5 : 0.2)"), (6, 48)),  # 2 / alpha^2 - 2
-        (struct("float d; float rough;", "Hit(d, ball ? 1.0 : 0.0)"), (1, 10000)),  # within what a lobe can have
+        (struct("float d; float rough;", "Hit(d, ball ? 1.0 : 0.0)"), (0, 10000)),  # within what a lobe can have
         (struct("float d; float shininess;", "Hit(d, ball ? 32.0 : 8.0)"), (32, 8)),
         (struct("float d; float spec_power;", "Hit(d, ball ? 32.0 : 8.0)"), (32, 8)),
         (struct("float d; float gloss;", "Hit(d, ball ? 0.5 : 20.0)"), (6, 20)),
@@ -93,6 +94,16 @@ def test_roughness_and_shininess_are_exponents(text: str, exponents: tuple[float
     scene, _, found = given(text)
     assert scene.has_exponent
     np.testing.assert_allclose(found, exponents, rtol=1e-5)
+
+
+def test_a_roughness_is_the_exponent_that_materials_of_meshes_get() -> None:
+    alphas = np.concatenate([np.linspace(0, 1.2, 25), [0.005, 0.0141, 0.02]]).astype(np.float32)
+    points = np.stack([alphas, np.zeros_like(alphas), np.zeros_like(alphas)], 1)
+    scene = Scene(glsl="float map(vec3 p, out float roughness) { roughness = p.x; return length(p) - 0.5; }")
+    _, found = colours(scene, points, np.tile(np.float32([0, 1, 0]), (len(points), 1)))
+    assert found is not None
+    expected = [exponent_of_roughness(float(alpha)) for alpha in alphas]
+    np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-5)  # 2 / alpha^2 - 2 cancels near alpha = 1
 
 
 TABLE = {1: {"albedo": RED}, 2: {"albedo": GREEN, "exponent": 7.0}}

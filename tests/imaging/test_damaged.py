@@ -11,7 +11,7 @@ from PIL import Image as Pillow
 from sdfprt.core.errors import SdfprtError
 from sdfprt.imaging import image
 
-COUNT = 120  # files of each kind; an hour's worth of other seeds was tried once
+COUNT = 120  # files of each kind; other seeds were tried for two minutes: 12,733 files with 11 and 12, 4,376 with 21
 
 
 def _exr(folder: Path) -> list[bytes]:

@@ -200,13 +200,15 @@ class Look:
         return read_light(self.light, self.light_layout)
 
     def read_material(self, scene: "AnyScene") -> "Material":
-        from sdfprt.material.lobes import parse
+        from sdfprt.material.lobes import excess, parse
 
         colours = read_colours(self.albedo, self.specular)
-        if self.material:
-            return parse(self.material, **colours)
         own = scene.material
-        return replace(own, **{k: v for k, v in colours.items() if v is not None and hasattr(own, k)})
+        given = {k: v for k, v in colours.items() if v is not None and hasattr(own, k)}
+        material = parse(self.material, **colours) if self.material else replace(own, **given)
+        if (over := excess(material)) > 1e-6:
+            print(f"sdfprt: albedo and specular together are {1 + over:.3g}: it reflects more than it gets", file=sys.stderr)
+        return material
 
     def dress(self, scene: "AnyScene") -> "AnyScene":
         """The scene with this material as its own; colours and exponents that flags give hold on all of a mesh."""

@@ -59,14 +59,18 @@ class Phong:
 
 @dataclass(frozen=True)
 class DiffusePhong:
-    """The sum of the two lobes."""
+    """The sum of the two lobes; without `specular` it is what the albedo leaves, so that no more light goes than comes."""
 
     albedo: Colour = settings.Material.albedo
     exponent: float = settings.Material.exponent
-    specular: Colour = settings.Material.specular
+    specular: Colour = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
-        check_fields(self, albedo=(0, 1e6), exponent=(0, 10_000), specular=(0, 1e6))
+        check_fields(self, albedo=(0, 1e6), exponent=(0, 10_000))
+        if self.specular is None:
+            rest = tuple(float(np.clip(1 - value, 0, 1)) for value in self.albedo)
+            object.__setattr__(self, "specular", rest)
+        check_fields(self, specular=(0, 1e6))
 
     @property
     def lobes(self) -> tuple[Diffuse | Phong, ...]:
@@ -90,10 +94,16 @@ def parse(text: str, albedo: Colour | None = None, specular: Colour | None = Non
         if name == "phong" and len(parts) == 1:
             return Phong(s, shine)
         if name == "phong" and parts[0] == "diffuse" and len(parts) == 2:
-            return DiffusePhong(base, s, shine)
+            return DiffusePhong(base, s) if specular is None else DiffusePhong(base, s, specular)
     except ValueError:
         pass
     raise SdfprtError(f"material {text}: expected diffuse, phong:S or diffuse+phong:S, such as phong:32")
+
+
+def excess(material: Material) -> float:
+    """By how much a channel of the lobes together reflects more than it gets; 0 where none does."""
+    colours = [lobe.albedo if isinstance(lobe, Diffuse) else lobe.specular for lobe in material.lobes]
+    return max(float(np.sum(colours, axis=0).max()) - 1, 0.0)
 
 
 def name(material: Material) -> str:

@@ -1,10 +1,11 @@
 """Shading by SH products against integrals over the sphere."""
 
 import numpy as np
+import pytest
 import torch
 
 from sdfprt.material import shading
-from sdfprt.material.lobes import Diffuse, DiffusePhong, Phong
+from sdfprt.material.lobes import Diffuse, DiffusePhong, Phong, excess, parse
 from sdfprt.maths import sh
 
 RNG = np.random.default_rng(5)
@@ -52,7 +53,9 @@ def test_the_sum_of_lobes_is_the_sum_of_pictures():
     T, L, n, o = np.zeros((4, 16)), np.zeros((16, 3)), _unit(4), _unit(4)
     T[:, 0], L[0] = 1.0, 1.0  # nothing dips below zero
     parts = shading.shade(T, n, o, L, Diffuse()) + shading.shade(T, n, o, L, Phong(16.0))
-    np.testing.assert_allclose(shading.shade(T, n, o, L, DiffusePhong(exponent=16.0)), parts, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        shading.shade(T, n, o, L, DiffusePhong(exponent=16.0, specular=(1.0, 1.0, 1.0))), parts, rtol=0, atol=1e-12
+    )
 
 
 def test_an_array_of_exponents_shades_each_point_with_its_own():
@@ -75,3 +78,16 @@ def test_tensors_are_shaded_as_arrays_are():
             got = shading.shade(t, normals, outgoing, L, DiffusePhong(), result_bands=6, **sent)
             assert isinstance(got, torch.Tensor) and got.dtype == kind and expected.max() > 1
             np.testing.assert_allclose(got.numpy(), expected, rtol=0, atol=error)
+
+
+def test_defaults_reflect_no_more_than_they_get_and_an_excess_is_told():
+    for material in (
+        Diffuse(),
+        Phong(),
+        DiffusePhong(),
+        DiffusePhong((0.9, 0.2, 1.0)),
+        parse("diffuse+phong:8", albedo=(0.7, 0.8, 0.1)),
+    ):
+        assert excess(material) == 0
+    assert DiffusePhong((0.9, 0.2, 1.0)).specular == pytest.approx((0.1, 0.8, 0.0))
+    assert excess(DiffusePhong((0.5, 0.5, 0.5), 8.0, (0.7, 0.1, 0.1))) == pytest.approx(0.2)

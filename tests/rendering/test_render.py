@@ -127,7 +127,7 @@ def test_turning_light_camera_and_colours_compiles_nothing():
 def test_the_scenes_own_albedo_and_exponent_are_used():
     base = "float sdf(vec3 p) { return length(p) - 0.6; }\n"
     own = base + "vec3 albedo(vec3 p, vec3 n) { return vec3(0.2, 0.4, 0.6); }\nfloat exponent(vec3 p, vec3 n) { return 6.0; }"
-    both = (own, DiffusePhong()), (base, DiffusePhong((0.2, 0.4, 0.6), 6.0))
+    both = (own, DiffusePhong()), (base, DiffusePhong((0.2, 0.4, 0.6), 6.0, DiffusePhong().specular))
     a, b = (frame(Scene(glsl=text), NET, LIGHT, each, size=(20, 20), **PAPERS) for text, each in both)
     np.testing.assert_allclose(a.rgb, b.rgb, rtol=0, atol=1e-6)
     # Between prefiltered maps of exponents 4 and 8
@@ -141,7 +141,7 @@ def test_part_numbers_pick_colours_from_the_table(backend: str):
     numbers = Scene(
         glsl=f"vec2 map(vec3 p) {{ {two} return a < b ? vec2(a, 2.0) : vec2(b, 7.0); }}",
         parts={2: {"albedo": (0.9, 0.1, 0.2), "exponent": 5}},
-        material=DiffusePhong((0.2, 0.4, 0.6), 30.0),
+        material=DiffusePhong((0.2, 0.4, 0.6), 30.0, DiffusePhong().specular),
     )
     choice = "p.x > 0.0 ? vec3(0.9, 0.1, 0.2) : vec3(0.2, 0.4, 0.6)"
     functions = (

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 
 import moderngl
 import numpy as np
@@ -27,7 +26,7 @@ from sdfprt.rendering.targets import Target, environment_texture
 from sdfprt.rendering.uniforms import set_camera, set_exact, set_light, set_material, set_uniforms
 from sdfprt.rendering.units import SAMPLERS, Unit
 from sdfprt.sdf.kinds import AnyScene
-from sdfprt.sdf.scene import Scene
+from sdfprt.transfer.sunlight import sunlight
 
 _TILE = 1024  # samples along a side that are rendered at once
 _ROW = 32_768  # groups along x
@@ -62,23 +61,8 @@ def light_coefficients(light: Light, shot: Shot, net_bands: int) -> tuple[Float[
 
 
 def prepared(scene: AnyScene, net: TransferNet, light: Light, shot: Shot) -> PreparedLight:
-    """The light taken apart for a shot; all of a mesh's goes through transfer.
-
-    Raises SdfprtError for suns of a mesh that are asked for by number.
-    """
-    lighting = shot.lighting
-    if isinstance(scene, MeshScene):
-        if isinstance(lighting.suns, int) and lighting.suns > 0:
-            raise SdfprtError(f"{scene.file}: suns go by rays through a distance field, and this is a mesh; leave suns out")
-        lighting = replace(lighting, suns="off")
-    return prepare(light, lighting, shot.material, net.bands, scene.has_exponent)
-
-
-def field_of(scene: AnyScene) -> Scene:
-    """A scene that has a distance field. Raises SdfprtError for a mesh."""
-    if isinstance(scene, MeshScene):
-        raise SdfprtError(f"{scene.file}: suns go by rays through a distance field, and this is a mesh; leave suns out")
-    return scene
+    """The light taken apart for a shot."""
+    return prepare(light, shot.lighting, shot.material, net.bands, scene.has_exponent)
 
 
 def checked(pixels: Float[ndarray, "h w 4"], scene: AnyScene) -> Float[ndarray, "h w 4"]:
@@ -125,16 +109,33 @@ def trace_tile(scene: AnyScene, camera: Camera, tile: tuple[int, int, int, int],
 @in_render_thread
 def trace_suns(scene: AnyScene, suns: Suns, material: Material, camera: Camera, target: Target) -> list[moderngl.Texture]:
     """The pass of the light's discs over a tile that was traced: sums for a white diffuse surface and for a white lobe."""
-    program = programs().sunlight_program(field_of(scene))
     framebuffer, both = target.sunlight()
+    exponent = parts(material).get("exponent", 1.0)  # without a lobe nobody reads what it would give
+    if isinstance(scene, MeshScene):
+        _mesh_suns(scene, suns, exponent, camera, target, both)
+        return both
+    program = programs().sunlight_program(scene)
     for unit, texture in zip((Unit.POINT, Unit.NORMAL, Unit.COLOUR), target.seen, strict=True):
         texture.use(unit)
-    exponent = parts(material).get("exponent", 1.0)  # without a lobe nobody reads what it would give
     values = {**sun_uniforms(suns), "eye": tuple(camera.eye), "lobeExponent": exponent, "hasExponent": scene.has_exponent}
     set_uniforms(program.program, **values)
     framebuffer.use()
     program.draw()
     return both
+
+
+def _mesh_suns(scene: MeshScene, suns: Suns, exponent: float, camera: Camera, target: Target, both: list[moderngl.Texture]) -> None:
+    """Fills `both` by Embree: what was seen comes from the card, and the sums go back to it."""
+    points, normals, own = (read(texture) for texture in target.seen)
+    hit = points[..., 3] > 0.5
+    outgoing = np.asarray(camera.eye, np.float32) - points[hit][:, :3]
+    outgoing /= np.maximum(np.linalg.norm(outgoing, axis=1, keepdims=True), 1e-12)
+    exponents = own[hit][:, 3] if scene.has_exponent else exponent
+    sums = sunlight(scene, suns, points[hit][:, :3], normals[hit][:, :3], outgoing, exponents)
+    for texture, values in zip(both, sums, strict=True):
+        plane = np.zeros((*hit.shape, 4), np.float32)
+        plane[hit, :3] = values
+        texture.write(plane.tobytes())
 
 
 @in_render_thread

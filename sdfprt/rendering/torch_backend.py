@@ -26,12 +26,12 @@ from sdfprt.material import shading
 from sdfprt.material.lobes import parts
 from sdfprt.network import fused
 from sdfprt.network.mlp import TransferNet, activate, encode
-from sdfprt.rendering.frame import checked, field_of, prepared, tiles, trace_suns, trace_tile
+from sdfprt.rendering.frame import checked, prepared, tiles, trace_suns, trace_tile
 from sdfprt.rendering.traced import sun_planes, trace_planes
-from sdfprt.sdf import shadow
 from sdfprt.sdf.kinds import AnyScene
 from sdfprt.sdf.scene import Scene
 from sdfprt.transfer.seen import see
+from sdfprt.transfer.sunlight import sunlight as suns_by_rays
 
 _CACHE = 2**20  # bytes of one layer's values, on a CPU
 _ROWS = 2**16  # points at once, on a GPU
@@ -167,7 +167,7 @@ def _seen_by_warp(scene: AnyScene, shot: Shot, suns: Suns = NO_SUNS, packed: boo
     sunlight = None
     if len(suns):
         exponents = parts(shot.material).get("exponent", 1.0) if seen.exponent is None else seen.exponent
-        both = shadow.sunlight(field_of(scene), suns, seen.points, seen.normals, -seen.directions, exponents)
+        both = suns_by_rays(scene, suns, seen.points, seen.normals, -seen.directions, exponents)
         sunlight = _sent(both[0]), _sent(both[1])
     yield Seen(whole, _sent(seen.mask), _sent(seen.points), _sent(seen.normals), albedo, exponent, dark, sunlight=sunlight)
 

@@ -3,7 +3,7 @@
 Against `render` the difference is the network's error; against `reference` it is the truncation of the SH.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,13 +18,11 @@ from sdfprt.light.light import Light
 from sdfprt.light.prepared import prepare
 from sdfprt.material import shading
 from sdfprt.material.lobes import Material, parts
-from sdfprt.mesh.scene import MeshScene
 from sdfprt.network.mlp import TransferNet
-from sdfprt.sdf import shadow
 from sdfprt.sdf.kinds import AnyScene
-from sdfprt.sdf.scene import Scene
 from sdfprt.transfer.compute import compute_transfer
 from sdfprt.transfer.seen import Seen, see
+from sdfprt.transfer.sunlight import sunlight as suns_by_rays
 
 
 @dataclass(frozen=True)
@@ -49,18 +47,16 @@ class View:
     ) -> Float[ndarray, "h w 3"]:
         """Linear radiance, black where nothing is hit; light and result bands default to the transfer's.
 
-        As the papers have it, in spherical harmonics alone, or with `lighting` as that says; a mesh has no suns by rays.
+        As the papers have it, in spherical harmonics alone, or with `lighting` as that says.
         """
         bands = round(self.transfer.shape[1] ** 0.5)
         seen = self.seen
         lighting = lighting or Lighting(light_bands=light_bands, result_bands=result_bands, suns="off", gloss="sh")
-        if isinstance(self.scene, MeshScene):
-            lighting = replace(lighting, suns="off")
         lit = prepare(light, lighting, material, bands, seen.exponent is not None)
         sunlight = None
-        if len(lit.suns) and isinstance(self.scene, Scene):
+        if len(lit.suns):
             exponents = parts(material).get("exponent", 1.0) if seen.exponent is None else seen.exponent
-            sunlight = shadow.sunlight(self.scene, lit.suns, seen.points, seen.normals, -seen.directions, exponents)
+            sunlight = suns_by_rays(self.scene, lit.suns, seen.points, seen.normals, -seen.directions, exponents)
         values = shading.shade(
             self.transfer,
             seen.normals,

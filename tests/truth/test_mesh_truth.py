@@ -96,3 +96,18 @@ def test_paths_see_the_colours_of_the_file() -> None:
     plain = reference_image(made.plain(), white, Diffuse((0.9, 0.9, 0.9)), camera, (8, 8), 64, 0).rgb[3:5, 3:5].mean()
     assert red > 1.05 * green and green == pytest.approx(plain, rel=0.03)
     assert replace(made, finishes=(Finish(), Finish())).look != made.look
+
+
+def test_suns_by_rays_into_a_mesh_meet_its_paths_on_every_back_end() -> None:
+    """Exact transfer and the three back ends with a bright disc in the light: far closer than spherical harmonics alone."""
+    made, light, grey = toys(), Light.load("sky_afternoon"), Diffuse((0.5, 0.5, 0.5))
+    truth = reference_image(made, light, grey, size=SIZE, spp=1024)
+    hit = truth.alpha > 0
+    fine = {suns: exact(made, light, grey, size=SIZE, rays=256, suns=suns) for suns in ("off", "auto")}
+    assert psnr(fine["auto"], truth.rgb, hit) > max(40, psnr(fine["off"], truth.rgb, hit) + 10)
+    asset = bake(made, preview=True)
+    drawn = {name: frame(made, asset, light, grey, size=SIZE, backend=name) for name in ("glsl", "torch", "warp")}
+    for name, picture_ in drawn.items():
+        both = hit & (picture_.alpha > 0)
+        assert psnr(picture_.rgb, fine["auto"], both) > 28, name
+        assert psnr(picture_.rgb, drawn["warp"].rgb, both) > 50, name

@@ -41,7 +41,7 @@ def of_four_bands(light: Light) -> Light:
 def psnr(a: np.ndarray, b: np.ndarray, mask: np.ndarray) -> float:
     """Over the mask without its worst 2 %; peak: 99.9th percentile of b."""
     error = np.sort(np.mean((a - b)[mask] ** 2, axis=1))
-    return float(10 * np.log10(np.percentile(b[mask], 99.9) ** 2 / error[: int(0.98 * len(error))].mean()))
+    return float(10 * np.log10(np.percentile(b[mask], 99.9) ** 2 / max(error[: int(0.98 * len(error))].mean(), 1e-20)))
 
 
 @pytest.mark.parametrize("bounces", [0, 1, 5])

@@ -136,6 +136,13 @@ Cluster = Annotated[
 Seed = Annotated[int, typer.Option("--seed", min=0, help="Of all that is drawn at random: the same seed, the same file.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
+Suns = Annotated[
+    str, typer.Option("--suns", metavar="auto|off|N", help="Brightest discs of the light that go by rays; N: at most so many.")
+]
+GlossName = Annotated[
+    Gloss | None, typer.Option("--gloss", help="exact: light and lobe exact (the default); sh: as the papers have it.")
+]
+
 DEFAULT_SIZE = f"{settings.Render.width}x{settings.Render.height}"
 DEFAULT_LIGHT = "sky_afternoon"
 
@@ -233,12 +240,8 @@ class Joining:
     product: Annotated[
         Product, typer.Option("--product", help="tpfl: the light fixed in one matrix a frame; tp: the whole triple product.")
     ] = Product.tpfl
-    suns: Annotated[
-        str, typer.Option("--suns", metavar="auto|off|N", help="Brightest discs of the light that go by rays; N: at most so many.")
-    ] = settings.Render.suns
-    gloss: Annotated[
-        Gloss | None, typer.Option("--gloss", help="exact: light and lobe exact (the default); sh: as the papers have it.")
-    ] = None
+    suns: Suns = settings.Render.suns
+    gloss: GlossName = None
     light_bands: Annotated[
         int | None, typer.Option("--light-bands", min=1, max=10, help="SH bands of the light; default: those of transfer.")
     ] = None
@@ -251,7 +254,7 @@ class Joining:
         return {
             "dering": self.dering.decided(for_eyes),
             "product": self.product.value,
-            "suns": int(self.suns) if re.fullmatch(r"[0-9]{1,9}", self.suns) else self.suns,
+            "suns": read_suns(self.suns),
             "gloss": self.gloss.value if self.gloss else None,
             "light_bands": self.light_bands,
             "result_bands": self.result_bands,
@@ -306,6 +309,11 @@ def read_colours(albedo: str | None, specular: str | None) -> dict[str, tuple[fl
     """Reflectances by the words of `material.lobes.parse`; None where a flag is not given."""
     given = {"albedo": albedo, "specular": specular}
     return {name: None if text is None else triple(text, f"--{name}") for name, text in given.items()}
+
+
+def read_suns(text: str) -> str | int:
+    """A number where it is one, and the word otherwise."""
+    return int(text) if re.fullmatch(r"[0-9]{1,9}", text) else text
 
 
 def triple(text: str, flag: str) -> tuple[float, float, float]:

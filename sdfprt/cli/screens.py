@@ -10,17 +10,20 @@ from sdfprt.cli.options import (
     Background,
     Dering,
     Exposure,
+    GlossName,
     Look,
     Reading,
     Samples,
     SceneName,
     Size,
+    Suns,
     Switch,
     Weights,
     field_only,
     keep_apart,
     picture,
     pixels,
+    read_suns,
     verb,
 )
 from sdfprt.core import settings
@@ -41,6 +44,8 @@ def export(
     exposure: Exposure = settings.Render.exposure,
     dering: Dering = Switch.auto,
     background: Background = Switch.auto,
+    suns: Suns = settings.Render.suns,
+    gloss: GlossName = None,
 ) -> None:
     """Write the scene for browsers: a page with the mouse on the camera, or the text of a shader for Shadertoy."""
     from sdfprt.export.page import export_html, export_shadertoy
@@ -63,6 +68,8 @@ def export(
         "exposure": exposure,
         "background": background.decided(True),
         "dering": dering.decided(True),
+        "suns": read_suns(suns),
+        "gloss": gloss.value if gloss else None,
     }
     written: list[tuple[Path, str]] = []
     if html is not None:

@@ -6,6 +6,7 @@ Both are GLSL ES 3.00. What that does not take of a scene is rewritten, or named
 import base64
 import re
 import zlib
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,10 +21,12 @@ from sdfprt.core.resources import folder
 from sdfprt.glsl.compile import check_es
 from sdfprt.glsl.text import number
 from sdfprt.imaging.camera import Camera
-from sdfprt.imaging.shot import SAMPLES, SIZES
+from sdfprt.imaging.shot import SAMPLES, SIZES, Lighting, compose
+from sdfprt.light import prefiltered
 from sdfprt.light.light import Light, lights
+from sdfprt.light.prepared import prepare
 from sdfprt.material import shading
-from sdfprt.material.lobes import DiffusePhong, Material, parts
+from sdfprt.material.lobes import Diffuse, DiffusePhong, Material, parts
 from sdfprt.maths import sh
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering.frame import network_of
@@ -39,21 +42,26 @@ from sdfprt.rendering.pieces import (
     piece,
     renamed,
     scene_uniforms,
-    tau_text,
+    shadow_uniforms,
+    sun_uniforms,
     weights_texture,
 )
+from sdfprt.rendering.uniforms import glossy_blocks
 from sdfprt.rendering.units import Unit
 from sdfprt.sdf.es import VERSION, es_source
 from sdfprt.sdf.scene import Scene
 from sdfprt.sdf.textures import Texels
 
-PIECES = ("camera", "trace", "normal", "network", "sh", "shade", "picture")
+PIECES = ("camera", "trace", "normal", "network", "sh", "shade", "suns", "picture")
 _TOY_INPUTS = (
     "uniform vec3 iResolution; uniform float iTime; uniform float iTimeDelta; uniform float iFrameRate; uniform int iFrame;\n"
     "uniform float iChannelTime[4]; uniform vec3 iChannelResolution[4]; uniform vec4 iMouse; uniform vec4 iDate;\n"
     "uniform sampler2D iChannel0; uniform sampler2D iChannel1; uniform sampler2D iChannel2; uniform sampler2D iChannel3;\n"
 )
 _MAP = 512  # texels along a side of a light behind the page's scene, at most
+_REST = 64  # rows of a light that a page prefilters
+_LEVELS = 9  # exponents 1, 2, 4 … of a page whose scene gives the exponent
+_TOY_BANDS = 8  # of light and of what is reflected, in Shadertoy
 
 
 @checked(yaw=(-1e6, 1e6), size=SIZES, samples=SAMPLES, exposure=(1e-6, 1e6))
@@ -69,18 +77,22 @@ def export_html(
     exposure: float = settings.Render.exposure,
     background: bool = True,
     dering: bool = True,
+    suns: str | int = settings.Render.suns,
+    gloss: str | None = None,
 ) -> str:
     """A page that renders the scene by itself: no network access, no other file.
 
     It starts as `render` would draw a PNG with the same arguments; the mouse turns the camera, and there are controls for
-    light, yaw (degrees), material and exposure. The library's lights are inside beside `light`.
+    light, yaw (degrees), material and exposure. The library's lights are inside beside `light`, each without its suns, which go by
+    rays; where gloss is exact the page prefilters a light itself, for each exponent that is chosen.
     Raises GlslError where the scene's text needs more than GLSL ES 3.00.
     """
     net = network_of(asset, scene)
-    material, camera = material or scene.material, camera or scene.camera
+    shot = compose(scene, material, camera, size, samples, background, dering=dering, suns=suns, gloss=gloss)
+    material, camera, lighting = shot.material, shot.camera, shot.lighting
     source, variants = es_source(scene), {}
     for lobes in (1, 2, 3):
-        variants[lobes] = page_fragment(scene, net, Variant(lobes, net.bands, net.bands), source=source)
+        variants[lobes] = page_fragment(scene, net, Variant(lobes, net.bands, net.bands, exact=lighting.exact), source=source)
     check_es(variants[3], scene.file)
     chosen = [light] + [Light.load(name) for name in lights() if name != light.name]
     weights = weights_texture(net)
@@ -93,7 +105,9 @@ def export_html(
         "size": size,
         "vertex": VERSION + piece("vertex"),
         "fragment": {str(lobes): text for lobes, text in variants.items()},
-        "uniforms": scene_uniforms(scene) | network_uniforms(net) | {"samples": samples, "once": 1},
+        "uniforms": scene_uniforms(scene) | shadow_uniforms(scene) | network_uniforms(net) | {"samples": samples, "once": 1},
+        "exact": lighting.exact,
+        "levels": _LEVELS if scene.has_exponent else 1,
         "camera": {"eye": camera.eye, "target": camera.target, "up": camera.up, "fov": camera.fov},
         "start": {
             **parts(DiffusePhong()),
@@ -107,9 +121,15 @@ def export_html(
         "weights": {"size": [weights.shape[1], weights.shape[0]], "data": _packed(weights.tobytes())},
         "textures": {name: _texture(texels) for name, texels in scene.texels.items()},
         "tau": [k, i, j, tau[i, j, k]],
-        "units": {"weights": Unit.WEIGHTS, "environment": Unit.ENVIRONMENT, "scene": Unit.SCENE},
+        "units": {
+            "weights": Unit.WEIGHTS,
+            "environment": Unit.ENVIRONMENT,
+            "gloss": Unit.GLOSS,
+            "open": Unit.OPEN_LIGHT,
+            "scene": Unit.SCENE,
+        },
         "tilt": tilt,
-        "lights": [_light(each, net.bands, dering) for each in chosen],
+        "lights": [_light(each, net.bands, lighting) for each in chosen],
     }
     body, style, script = ((folder("shaders") / "export" / f"page.{kind}").read_text() for kind in ("html", "css", "js"))
     return pages.page(scene.title or scene.name, body, {}, style, script, data)
@@ -126,10 +146,13 @@ def export_shadertoy(
     exposure: float = settings.Render.exposure,
     background: bool = True,
     dering: bool = True,
+    suns: str | int = settings.Render.suns,
+    gloss: str | None = None,
 ) -> str:
     """One tab of Shadertoy: `mainImage`, with weights (half precision) and the light's SH as constants; the mouse turns the camera.
 
-    What lies behind the scene is the light's SH, since there is no picture of the light.
+    The light's suns go by rays. Light and lobe cannot be exact without textures: in place of that they have eight bands, with
+    gloss sh those of transfer. What lies behind the scene is the light's SH, since there is no picture of the light.
     Raises GlslError where the scene's text needs more than GLSL ES 3.00, SdfprtError for a scene with textures.
     """
     if scene.texels:
@@ -137,19 +160,23 @@ def export_shadertoy(
         raise SdfprtError(f"{scene.file}: reads the texture {names}, and Shadertoy takes none of ours; --html does")
     net = network_of(asset, scene)
     material, camera = material or scene.material, camera or scene.camera
-    coefficients = light.sh_dered(net.bands)[0] if dering else light.sh(net.bands)
-    variant = Variant(lobes_of(material), net.bands, net.bands, fixed_light=False)
+    bands = net.bands if gloss == "sh" else _TOY_BANDS
+    discs, rest = light.without_suns(Lighting(suns=suns).most_suns)
+    rest = rest if len(discs) else light
+    coefficients = rest.sh_dered(bands)[0] if dering else rest.sh(bands)
+    variant = Variant(lobes_of(material), bands, bands)
     vector = np.zeros((4 * -(-(net.bands**2) // 4), 3))
     vector[: net.bands**2] = shading.diffuse_vector(coefficients, net.bands)
     values: dict[str, Any] = (
         scene_uniforms(scene)
+        | shadow_uniforms(scene)
         | network_uniforms(net)
         | picture_uniforms(DiffusePhong())
         | picture_uniforms(material)
         | {
             "diffuseLight": vector.T.reshape(-1, 4),
-            "lightCoefficients": coefficients,
-            "skyCoefficients": coefficients,
+            "skyCoefficients": light.sh_dered(bands)[0] if dering else light.sh(bands),
+            **sun_uniforms(discs),
             "exposure": exposure,
             "background": background,
             "samples": samples,
@@ -171,7 +198,8 @@ def export_shadertoy(
             "#define PACKED_WEIGHTS",
             *flags(scene),
             defines(net, variant),
-            tau_text(net.bands, net.bands, net.bands) if variant.lobes != 1 else "",
+            "#define CONSTANT_LIGHT",
+            _matrix_text(glossy_blocks(variant, net.bands, coefficients)),
             f"const uvec4 packedWeights[{used}] = uvec4[](\n" + ",\n".join(rows) + ");",
             _as_constants(pieces, values, ("eye", "axes", "viewport")),
         ]
@@ -190,6 +218,12 @@ def page_fragment(scene: Scene, net: TransferNet, variant: Variant, version: str
     pieces = join((*PIECES, "page")).replace("uniform vec4 viewport;", "vec4 viewport;")
     ours = "\n".join([version, "#define ENVIRONMENT_MAP", *flags(scene), defines(net, variant), pieces])
     return "\n".join([ours, renamed(ours, source), "#line 1", source])
+
+
+def _matrix_text(blocks: Float[ndarray, "n 4 4"]) -> str:
+    """The matrices of the fixed light as a constant."""
+    rows = ",\n".join(f"mat4({','.join(number(x, 5) for x in block.ravel())})" for block in blocks)
+    return f"const mat4 glossyLight[{len(blocks)}] = mat4[](\n{rows});"
 
 
 def _as_constants(text: str, values: dict[str, Any], variables: tuple[str, ...]) -> str:
@@ -220,8 +254,13 @@ def _literal(kind: str, value: Any) -> str:
     return numbers[0] if kind == "float" else f"{kind}({', '.join(numbers)})"
 
 
-def _light(light: Light, bands: int, dering: bool) -> dict[str, Any]:
-    coefficients = light.sh_dered(bands)[0] if dering else light.sh(bands)
+def _light(light: Light, bands: int, lighting: Lighting) -> dict[str, Any]:
+    """A light as page.js reads it: discs in the map's frame, what is left of it, and the map behind the scene."""
+    lit = prepare(replace(light, rotation=np.eye(3)), replace(lighting, gloss="sh"), Diffuse(), bands)
+    suns, rest = light.without_suns(lighting.most_suns)
+    rest = rest if len(suns) else light
+    coefficients = sh.rotation(light.rotation, bands) @ lit.coefficients
+    discs = sun_uniforms(lit.suns)
     height, width = light.pixels.shape[:2]
     pixels = light.pixels
     if width > _MAP or height > _MAP:
@@ -229,13 +268,21 @@ def _light(light: Light, bands: int, dering: bool) -> dict[str, Any]:
         # As many rows as keep the texels' shape: a sphere's map of a few long rows stays one of a few rows
         down = min(max(round(height * across / width), 1), height, _MAP)
         pixels = shrunk(shrunk(pixels, down), across, axis=1)
-    return {
+    found: dict[str, Any] = {
         "name": light.name,
         "sh": coefficients,
         "rotation": light.rotation,
         "size": [pixels.shape[1], pixels.shape[0]],
         "map": _packed(shared_exponent(pixels).tobytes()),
+        "suns": {name: discs[name] for name in ("sunCount", "sunDirection", "sunEnergy")},
     }
+    if lighting.exact:
+        small = prefiltered.resized(prefiltered.shrunk(rest.pixels), _REST)
+        opened = prefiltered.open_light(prefiltered.shrunk(rest.pixels), bands)
+        found["turn"] = sh.rotation(light.rotation, bands)
+        found["rest"] = {"size": [2 * _REST, _REST], "data": _packed(small.astype(np.float32).tobytes())}
+        found["open"] = {"size": [opened.shape[1], opened.shape[0]], "data": _packed(opened.astype(np.float16).tobytes())}
+    return found
 
 
 def _texture(texels: Texels) -> dict[str, Any]:

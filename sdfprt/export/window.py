@@ -15,13 +15,25 @@ from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
 from sdfprt.export.page import page_fragment
 from sdfprt.imaging.camera import Camera
+from sdfprt.imaging.shot import Lighting
 from sdfprt.light.light import Light, lights
+from sdfprt.light.prepared import prepare
 from sdfprt.material.lobes import Diffuse, DiffusePhong, Material, Phong, parts
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering.frame import network_of
-from sdfprt.rendering.pieces import VERSION, Variant, lobes_of, network_uniforms, picture_uniforms, piece, scene_uniforms
-from sdfprt.rendering.targets import environment_texture, network_texture, scene_texture
-from sdfprt.rendering.uniforms import set_light, set_uniforms
+from sdfprt.rendering.pieces import (
+    VERSION,
+    Variant,
+    lobes_of,
+    network_uniforms,
+    picture_uniforms,
+    piece,
+    scene_uniforms,
+    shadow_uniforms,
+    sun_uniforms,
+)
+from sdfprt.rendering.targets import Kept, LightMaps, environment_texture, network_texture, scene_texture
+from sdfprt.rendering.uniforms import set_exact, set_light, set_uniforms
 from sdfprt.rendering.units import SAMPLERS, Unit, scene_samplers
 from sdfprt.sdf.scene import Scene
 
@@ -31,6 +43,7 @@ M  next material           [ ]  exponent                 up, down  exposure
 Esc, Q  close"""
 _RADIANS = 0.01  # a pixel of dragging
 _DEGREES = 5.0  # a press of left or right
+_MAPS = 8  # prefiltered lights that are kept
 _STEEPEST = 1.5  # radians above or below the horizon
 
 
@@ -100,21 +113,28 @@ class Painter:
         self.weights = network_texture(gl, net)
         self.textures = [scene_texture(gl, texels) for texels in scene.texels.values()]
         self.maps = [environment_texture(gl, light) for light in choices]
+        self.light_maps: Kept[tuple[int, float], LightMaps] = Kept(_MAPS)  # by the light's number and the exponent
         self.programs: dict[int, tuple[moderngl.Program, moderngl.VertexArray]] = {}
 
     def draw(self, look: Look, size: tuple[int, int]) -> None:
         """The picture of `render` as a PNG has it; size is (W, H), pixels."""
         lobes = lobes_of(look.material)
-        variant = Variant(lobes, self.net.bands, self.net.bands)
+        variant = Variant(lobes, self.net.bands, self.net.bands, exact=True)
         if lobes not in self.programs:
             self.programs[lobes] = self._compiled(variant)
         program, triangle = self.programs[lobes]
         light = self.choices[look.light].rotated(yaw=look.yaw)
-        buffers = set_light(program, variant, self.net.bands, light.sh_dered(self.net.bands)[0])
+        lit = prepare(light, Lighting(dering=True), look.material, self.net.bands, self.scene.has_exponent)
+        buffers = set_light(program, variant, self.net.bands, lit.coefficients)
+        if (exact := lit.exact) is not None:
+            set_exact(program, exact)
+            key = look.light, parts(look.material).get("exponent", 0.0)
+            self.light_maps.get(key, lambda: LightMaps(self.gl, exact)).use()
         set_uniforms(
             program,
             ("baseColour", "baseExponent", "specular"),  # by the material's lobes, and where the scene gives its own
             **picture_uniforms(look.material),
+            **sun_uniforms(lit.suns),
             eye=look.camera.eye,
             axes=look.camera.plane(size[0] / size[1]) * [[1], [-1], [1]],  # OpenGL's first row is the lowest
             canvas=size,
@@ -141,7 +161,8 @@ class Painter:
         except moderngl.Error as error:
             raise SdfprtError(f"{self.scene.file}: the OpenGL driver does not take the shader: {error}") from None
         textures = scene_samplers(list(self.scene.texels))
-        set_uniforms(program, textures, samples=1, once=1, **scene_uniforms(self.scene), **network_uniforms(self.net), **textures)
+        fixed = {**scene_uniforms(self.scene), **shadow_uniforms(self.scene), **network_uniforms(self.net)}
+        set_uniforms(program, textures, samples=1, once=1, **fixed, **textures)
         return program, self.gl.vertex_array(program, [])
 
 

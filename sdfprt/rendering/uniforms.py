@@ -36,9 +36,17 @@ def set_uniforms(program: Program, optional: Collection[str] = (), **uniforms: A
             raise SdfprtError(f"the shader has no uniform {name}")
 
 
+def glossy_blocks(variant: Variant, bands: int, light: Float[ndarray, "k 3"]) -> Float[ndarray, "n 4 4"]:
+    """The matrices of the fixed light in 4x4 blocks, column by column, channel after channel."""
+    quads, rows = -(-(bands**2) // 4), -(-(variant.result_bands**2) // 4)
+    padded = np.zeros((3, 4 * rows, 4 * quads), np.float32)
+    padded[:, : variant.result_bands**2, : bands**2] = shading.glossy_matrix(light, bands, variant.result_bands)
+    return padded.reshape(3, rows, 4, quads, 4).transpose(0, 1, 3, 4, 2).reshape(-1, 4, 4)
+
+
 def set_light(program: Program, variant: Variant, bands: int, light: Float[ndarray, "k 3"]) -> list[moderngl.Buffer]:
     """A vector for diffuse; for glossy a matrix a channel, or the coefficients. Returns buffers to release."""
-    quads, rows = -(-(bands**2) // 4), -(-(variant.result_bands**2) // 4)
+    quads = -(-(bands**2) // 4)
     vector = np.zeros((4 * quads, 3))
     vector[: bands**2] = shading.diffuse_vector(light, bands)
     optional = ("diffuseLight", "lightCoefficients")  # by the material's lobes
@@ -46,10 +54,7 @@ def set_light(program: Program, variant: Variant, bands: int, light: Float[ndarr
     block = program.get("GlossyLight", None)
     if not isinstance(block, moderngl.UniformBlock):
         return []
-    padded = np.zeros((3, 4 * rows, 4 * quads), np.float32)
-    padded[:, : variant.result_bands**2, : bands**2] = shading.glossy_matrix(light, bands, variant.result_bands)
-    blocks = padded.reshape(3, rows, 4, quads, 4).transpose(0, 1, 3, 4, 2)
-    buffer = program.ctx.buffer(np.ascontiguousarray(blocks).tobytes())
+    buffer = program.ctx.buffer(np.ascontiguousarray(glossy_blocks(variant, bands, light)).tobytes())
     block.binding = 0
     buffer.bind_to_uniform_block(0)
     return [buffer]

@@ -9,7 +9,8 @@ from sdfprt.glsl.spirv import parse
 from sdfprt.glsl.to_es import translate
 from sdfprt.sdf.scene import Scene
 
-VERSION = "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp sampler2D;\nprecision highp sampler3D;\n"
+_KINDS = ("float", "int", "sampler2D", "sampler3D", "sampler2DArray")  # that ES gives no precision of its own
+VERSION = "#version 300 es\n" + "".join(f"precision highp {kind};\n" for kind in _KINDS)
 
 
 def es_source(scene: Scene) -> str:

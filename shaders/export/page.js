@@ -22,22 +22,23 @@ const scaled = (a, s) => a.map((x) => x * s);
 const unit = (a) => scaled(a, 1 / Math.hypot(...a));
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 
-// Light: coefficients turned about +y, as the vectors and matrices that the shader reads (sdfprt/material/shading.py)
+// Light: rows of coefficients turned about +y, as the vectors and matrices that the shader reads (sdfprt/material/shading.py)
 
-function turnedLight(light, degrees) {
+function turnedLight(rows, degrees) {
     // tilt takes +z to +y: turn = tilt * (turn about z) * tilt transposed
     const angle = degrees * Math.PI / 180, A = scene.tilt, count = scene.bands ** 2;
-    const lying = light.sh.map((_, k) => [0, 1, 2].map((c) => A.reduce((sum, row, i) => sum + row[k] * light.sh[i][c], 0)));
+    const columns = rows[0].map((_, c) => c);
+    const lying = rows.map((_, k) => columns.map((c) => A.reduce((sum, row, i) => sum + row[k] * rows[i][c], 0)));
     const turned = lying.map((row) => row.slice());
     for (let l = 1; l < scene.bands; l++)
         for (let m = 1; m <= l; m++) {
             const p = l * (l + 1) + m, q = l * (l + 1) - m, c = Math.cos(m * angle), s = Math.sin(m * angle);
-            for (let k = 0; k < 3; k++) {
+            for (const k of columns) {
                 turned[p][k] = c * lying[p][k] - s * lying[q][k];
                 turned[q][k] = s * lying[p][k] + c * lying[q][k];
             }
         }
-    return A.map((row) => [0, 1, 2].map((c) => {
+    return A.map((row) => columns.map((c) => {
         let sum = 0;
         for (let i = 0; i < count; i++) sum += row[i] * turned[i][c];
         return sum;
@@ -59,6 +60,133 @@ function glossyLight(L) {
             const block = (c * quads + (K[t] >> 2)) * quads + (I[t] >> 2);
             out[block * 16 + (I[t] & 3) * 4 + (K[t] & 3)] += value[t] * L[J[t]][c];
         }
+    return out;
+}
+
+// Light and lobe exact: the twin of sdfprt/light/prefiltered.py
+
+function basis(d) {
+    const n = scene.bands, y = new Float64Array(n * n);
+    let re = 1, im = 0, diagonal = 1, first = 1;
+    for (let m = 0; m < n; m++) {
+        let before = 0, here = diagonal, ratio = first;
+        for (let l = m; l < n; l++) {
+            const value = Math.sqrt((2 * l + 1) / (4 * Math.PI) * ratio) * here, at = l * (l + 1);
+            if (m === 0) y[at] = value;
+            else {
+                y[at + m] = Math.SQRT2 * value * re;
+                y[at - m] = Math.SQRT2 * value * im;
+            }
+            [before, here] = [here, ((2 * l + 1) * d[2] * here - (l + m) * before) / (l - m + 1)];
+            ratio *= (l - m + 1) / (l + m + 1);
+        }
+        [re, im] = [re * d[0] - im * d[1], re * d[1] + im * d[0]];
+        diagonal *= -(2 * m + 1);
+        first /= (2 * m + 1) * (2 * m + 2);
+    }
+    return y;
+}
+
+// Of each row of light times basis function, the Fourier coefficients about the vertical
+function spectrum(light) {
+    if (light.spectrum) return light.spectrum;
+    const [W, H] = light.rest.size, F = W / 2 + 1, C = 3 * scene.bands ** 2;
+    const re = new Float32Array(F * H * C), im = new Float32Array(F * H * C), row = new Float32Array(W * C);
+    for (let r = 0; r < H; r++) {
+        const polar = (r + 0.5) * Math.PI / H;
+        const texel = (Math.cos(r * Math.PI / H) - Math.cos((r + 1) * Math.PI / H)) * 2 * Math.PI / W;
+        for (let c = 0; c < W; c++) {
+            const turn = (0.5 - (c + 0.5) / W) * 2 * Math.PI, s = Math.sin(polar);
+            basis([s * Math.sin(turn), Math.cos(polar), s * Math.cos(turn)]).forEach((y, k) => {
+                for (let j = 0; j < 3; j++) row[c * C + 3 * k + j] = y * texel * light.pixels[(r * W + c) * 3 + j];
+            });
+        }
+        for (let f = 0; f < F; f++)
+            for (let c = 0; c < W; c++) {
+                const u = Math.cos(2 * Math.PI * f * c / W), v = -Math.sin(2 * Math.PI * f * c / W), to = (f * H + r) * C;
+                for (let i = 0; i < C; i++) {
+                    re[to + i] += u * row[c * C + i];
+                    im[to + i] += v * row[c * C + i];
+                }
+            }
+    }
+    return light.spectrum = { re, im };
+}
+
+// F_j for one exponent, as layers of a texture: channel, coefficients in fours
+function prefiltered(light, exponent) {
+    const [W, H] = light.rest.size, F = W / 2 + 1, C = 3 * scene.bands ** 2, { re, im } = spectrum(light);
+    const lobes = new Float32Array(F * H * H), values = new Float64Array(F);
+    const cosines = Float64Array.from({ length: W }, (_, k) => Math.cos(2 * Math.PI * k / W));
+    for (let a = 0; a < H; a++)
+        for (let b = 0; b <= a; b++) {
+            const p = (a + 0.5) * Math.PI / H, q = (b + 0.5) * Math.PI / H;
+            for (let k = 0; k < F; k++) {
+                const cosine = Math.cos(p) * Math.cos(q) + Math.sin(p) * Math.sin(q) * cosines[k];
+                values[k] = (exponent + 2) / (2 * Math.PI) * Math.max(cosine, 0) ** exponent * (k === 0 || k === W / 2 ? 1 : 2);
+            }
+            for (let f = 0; f < F; f++) {
+                let sum = 0;
+                for (let k = 0; k < F; k++) sum += values[k] * cosines[f * k % W];
+                lobes[(f * H + a) * H + b] = lobes[(f * H + b) * H + a] = sum;
+            }
+        }
+    const out = new Float32Array(3 * quads * W * H * 4), sums = new Float32Array(2 * F * C), value = new Float32Array(C);
+    for (let a = 0; a < H; a++) {
+        sums.fill(0);
+        for (let f = 0; f < F; f++)
+            for (let b = 0; b < H; b++) {
+                const lobe = lobes[(f * H + a) * H + b] * (f === 0 || f === W / 2 ? 1 : 2) / W, from = (f * H + b) * C;
+                for (let i = 0; i < C; i++) {
+                    sums[2 * f * C + i] += lobe * re[from + i];
+                    sums[(2 * f + 1) * C + i] += lobe * im[from + i];
+                }
+            }
+        for (let c = 0; c < W; c++) {
+            value.fill(0);
+            for (let f = 0; f < F; f++) {
+                const u = cosines[f * c % W], v = Math.sin(2 * Math.PI * f * c / W);
+                for (let i = 0; i < C; i++) value[i] += u * sums[2 * f * C + i] - v * sums[(2 * f + 1) * C + i];
+            }
+            for (let i = 0; i < C; i++) {
+                const k = Math.floor(i / 3), layer = i % 3 * quads + (k >> 2);
+                out[((layer * H + a) * W + c) * 4 + (k & 3)] = Math.min(Math.max(value[i], -65504), 65504);
+            }
+        }
+    }
+    return out;
+}
+
+const glossTextures = new Map();
+
+// The maps of a light in their unit: of the exponent that is chosen, or of 1, 2, 4 ... where the scene gives its own
+function useGloss(number, exponent) {
+    const levels = scene.levels, key = `${number} ${levels > 1 ? "" : exponent}`, light = scene.lights[number];
+    gl.activeTexture(gl.TEXTURE0 + scene.units.gloss);
+    if (glossTextures.has(key)) return gl.bindTexture(gl.TEXTURE_2D_ARRAY, glossTextures.get(key));
+    const [W, H] = light.rest.size, made = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D_ARRAY, made);
+    gl.texStorage3D(gl.TEXTURE_2D_ARRAY, 1, gl.RGBA16F, W, H, levels * 3 * quads);
+    for (let level = 0; level < levels; level++) {
+        const data = prefiltered(light, levels > 1 ? 2 ** level : exponent);
+        gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, 0, level * 3 * quads, W, H, 3 * quads, gl.RGBA, gl.FLOAT, data);
+    }
+    for (const name of ["MIN_FILTER", "MAG_FILTER"]) gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl["TEXTURE_" + name], gl.LINEAR);
+    gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
+    if (glossTextures.size >= 16) {
+        const oldest = glossTextures.keys().next().value;
+        gl.deleteTexture(glossTextures.get(oldest));
+        glossTextures.delete(oldest);
+    }
+    glossTextures.set(key, made);
+}
+
+// The turn of coefficients into the light's frame: the transpose, in 4x4 blocks column by column
+function turnTransfer(light, degrees) {
+    const M = turnedLight(light.turn, degrees), out = new Float32Array(16 * quads * quads);
+    M.forEach((row, i) => row.forEach((x, j) => {
+        out[(((j >> 2) * quads + (i >> 2)) * 4 + (i & 3)) * 4 + (j & 3)] = x;
+    }));
     return out;
 }
 
@@ -98,7 +226,8 @@ function program(lobes) {
     const block = gl.getUniformBlockIndex(made, "GlossyLight");
     if (block !== gl.INVALID_INDEX) gl.uniformBlockBinding(made, block, 0);
     const textures = Object.fromEntries(Object.keys(scene.textures).map((name, k) => [name, scene.units.scene + k]));
-    give(made, { ...scene.uniforms, ...textures, networkWeights: scene.units.weights, environment: scene.units.environment });
+    give(made, { ...scene.uniforms, ...textures, networkWeights: scene.units.weights, environment: scene.units.environment,
+        glossMaps: scene.units.gloss, openLight: scene.units.open, glossLevels: scene.levels });
     return programs[lobes] = made;
 }
 
@@ -106,7 +235,7 @@ function give(program, values) {
     const setters = {
         [gl.FLOAT]: "uniform1fv", [gl.FLOAT_VEC2]: "uniform2fv", [gl.FLOAT_VEC3]: "uniform3fv", [gl.FLOAT_VEC4]: "uniform4fv",
         [gl.INT]: "uniform1iv", [gl.BOOL]: "uniform1iv", [gl.SAMPLER_2D]: "uniform1iv",
-        [gl.SAMPLER_3D]: "uniform1iv",
+        [gl.SAMPLER_3D]: "uniform1iv", [gl.SAMPLER_2D_ARRAY]: "uniform1iv",
     };
     for (let i = 0; i < gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS); i++) {
         const { name, type } = gl.getActiveUniform(program, i), key = name.replace("[0]", "");
@@ -114,12 +243,13 @@ function give(program, values) {
         const place = gl.getUniformLocation(program, name), value = [values[key]].flat(2);
         const flat = value.length === 1 && ArrayBuffer.isView(value[0]) ? value[0] : value.map(Number);
         if (type === gl.FLOAT_MAT3) gl.uniformMatrix3fv(place, false, flat);
+        else if (type === gl.FLOAT_MAT4) gl.uniformMatrix4fv(place, false, flat);
         else gl[setters[type]](place, flat);
     }
 }
 
 function draw() {
-    const light = scene.lights[state.light], L = turnedLight(light, state.yaw);
+    const light = scene.lights[state.light], L = turnedLight(light.sh, state.yaw);
     const angle = state.yaw * Math.PI / 180, c = Math.cos(angle), s = Math.sin(angle), R = light.rotation;
     const forward = unit(minus(scene.camera.target, state.eye)), right = unit(cross(forward, scene.camera.up));
     const half = Math.tan(scene.camera.fov * Math.PI / 360);
@@ -130,13 +260,23 @@ function draw() {
     gl.bindBufferBase(gl.UNIFORM_BUFFER, 0, glossy);
     gl.activeTexture(gl.TEXTURE0 + scene.units.environment);
     gl.bindTexture(gl.TEXTURE_2D, maps[state.light]);
+    // Rows of the rotation as columns: world to map
+    const toMap = [R[0].map((x, k) => c * x + s * R[2][k]), R[1], R[2].map((x, k) => c * x - s * R[0][k])];
+    const discs = light.suns.sunDirection.map(([...way]) =>
+        [0, 1, 2].map((i) => toMap[i][0] * way[0] + toMap[i][1] * way[1] + toMap[i][2] * way[2]).concat(way[3]));
+    if (scene.exact) {
+        if (state.lobes !== 1) useGloss(state.light, state.exponent);
+        gl.activeTexture(gl.TEXTURE0 + scene.units.open);
+        gl.bindTexture(gl.TEXTURE_2D, opens[state.light]);
+        give(now, { toLight: toMap, turnTransfer: turnTransfer(light, state.yaw) });
+    }
     give(now, {
+        sunCount: light.suns.sunCount, sunDirection: discs, sunEnergy: light.suns.sunEnergy,
         eye: state.eye,
         // GL's first row is the lowest: the camera's image plane upside down
         axes: [...scaled(right, half * canvas.width / canvas.height), ...scaled(cross(forward, right), half), ...forward],
         canvas: scene.size,
-        // Rows of the rotation as columns: world to map
-        toMap: [R[0].map((x, k) => c * x + s * R[2][k]), R[1], R[2].map((x, k) => c * x - s * R[0][k])],
+        toMap,
         diffuseLight: diffuseLight(L),
         baseColour: state.albedo, baseExponent: state.exponent, specular: state.specular,
         exposure: state.exposure, background: state.background ? 1 : 0,
@@ -214,6 +354,7 @@ function bind(id, show, read) {
 }
 
 let glossy, maps;
+const opens = [];
 async function start() {
     if (!gl) return say("This page needs WebGL 2, which this browser or this machine does not offer.\n" +
         "Use a current Firefox, Chrome, Edge or Safari, and see that hardware acceleration is not switched off.");
@@ -236,6 +377,13 @@ async function start() {
         const pixels = new Uint32Array(await unpacked(light.map));
         texture(scene.units.environment, gl.RGB9_E5, gl.RGB, gl.UNSIGNED_INT_5_9_9_9_REV, light.size, pixels, gl.LINEAR);
         maps.push(gl.getParameter(gl.TEXTURE_BINDING_2D));
+        if (scene.exact) {
+            light.pixels = new Float32Array(await unpacked(light.rest.data));
+            gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+            const open = new Uint16Array(await unpacked(light.open.data));
+            texture(scene.units.open, gl.RGB16F, gl.RGB, gl.HALF_FLOAT, light.open.size, open, gl.LINEAR);
+            opens.push(gl.getParameter(gl.TEXTURE_BINDING_2D));
+        }
         at("light").append(new Option(light.name));
     }
     glossy = gl.createBuffer();

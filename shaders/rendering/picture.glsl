@@ -6,6 +6,8 @@ float march(vec3 o, vec3 d, float width, float begin, float cone);
 vec3 surfaceNormal(vec3 p);
 void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS]);
 vec3 shade(vec3 n, vec3 o, vec4 transfer[OUTPUTS], vec3 base, float s);
+vec3 sunShade(vec3 base, vec3 diffuse, vec3 glossy);
+void sunlight(vec3 p, vec3 n, vec3 o, float s, out vec3 diffuse, out vec3 glossy);
 #ifdef HAS_ALBEDO
 vec3 albedo(vec3 p, vec3 n);
 #endif
@@ -25,6 +27,7 @@ uniform float baseExponent;
 uniform float exposure;
 uniform bool background;
 uniform int samples;            // n x n in each pixel
+uniform int sunCount;           // discs of the light that go by rays
 uniform int once;               // 1, see network.glsl
 
 // The light from direction d, or black.
@@ -62,7 +65,13 @@ vec3 seenRadiance() {
 #endif
     vec4 transfer[OUTPUTS];
     network(p, n, transfer);
-    return shade(n[0], -d, transfer, colour, s);
+    vec3 light = shade(n[0], -d, transfer, colour, s);
+    if (sunCount > 0) {
+        vec3 diffuse, glossy;
+        sunlight(p[0], n[0], -d, s, diffuse, glossy);
+        light += sunShade(colour, diffuse, glossy);
+    }
+    return light;
 }
 
 // Linear to 0.6, then a shoulder that reaches 1 at infinity; sRGB.

@@ -12,7 +12,7 @@ uniform mat4 turnTransfer[OUTPUTS * OUTPUTS];        // the same for coefficient
 uniform int glossLevels;                             // 1: that of the material; more: exponents 1, 2, 4 ...
 #elif defined(TAU_COUNT)
 uniform vec3 lightCoefficients[LIGHT_COUNT];
-#else
+#elif !defined(CONSTANT_LIGHT)
 layout(std140) uniform GlossyLight {                 // M_ki = sum_j tau_ijk L_j in 4x4 blocks, channel after channel
     mat4 glossyLight[3 * RESULTS * OUTPUTS];
 };

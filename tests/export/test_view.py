@@ -72,9 +72,6 @@ def test_keys_change_what_they_say_and_nothing_else():
     assert shinier.albedo == (0.7, 0.5, 0.3)
 
 
-PAPERS = {"suns": "off", "gloss": "sh"}
-
-
 @in_render_thread
 def _painted(scene: Scene, look: Look, choices: list[Light]) -> np.ndarray:
     gl = context()
@@ -89,7 +86,7 @@ def test_the_window_shows_what_render_draws(material):
     choices = [Light.load("studio"), Light.load("sky_noon")]
     look = replace(LOOK, material=material, light=1, yaw=25.0, exposure=0.7)
     got = _painted(SCENE, look, choices)
-    drawn = frame(SCENE, NET, choices[1].rotated(yaw=25), material, look.camera, SIZE, dering=True, background=True, **PAPERS)
+    drawn = frame(SCENE, NET, choices[1].rotated(yaw=25), material, look.camera, SIZE, dering=True, background=True)
     expected = tone.srgb_encode(tone.tone_map(drawn.rgb, 0.7))
     assert 10 * np.log10(1 / ((got - expected) ** 2).mean()) > 50
 
@@ -99,7 +96,7 @@ def test_the_window_reads_the_scenes_textures():
     glsl = "uniform sampler3D bumps;\nfloat sdf(vec3 p) { return length(p) - 0.5 - texture(bumps, 0.5 * p + 0.5).r; }"
     scene = Scene(glsl=glsl, textures={"bumps": values}, step=0.6)
     got = _painted(scene, Look(scene.camera, Diffuse()), [Light.load("studio")])
-    drawn = frame(scene, NET, Light.load("studio"), Diffuse(), size=SIZE, dering=True, background=True, **PAPERS)
+    drawn = frame(scene, NET, Light.load("studio"), Diffuse(), size=SIZE, dering=True, background=True)
     assert 10 * np.log10(1 / ((got - tone.srgb_encode(tone.tone_map(drawn.rgb))) ** 2).mean()) > 50
 
 

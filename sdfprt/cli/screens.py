@@ -90,6 +90,8 @@ def view(
     look: Look,
     size: Size = DEFAULT_SIZE,
     exposure: Exposure = settings.Render.exposure,
+    suns: Suns = settings.Render.suns,
+    gloss: GlossName = None,
 ) -> None:
     """Open a window: drag turns the camera, keys turn the light and change light, material and exposure."""
     from sdfprt.export.window import KEYS, need_display
@@ -101,4 +103,5 @@ def view(
     need_display(loaded)
     baked = weights.read(loaded)
     print(KEYS)
-    run(loaded, baked, light, yaw=look.yaw, material=material, camera=camera, size=resolution, exposure=exposure)
+    shown: dict[str, Any] = {"material": material, "camera": camera, "size": resolution, "exposure": exposure}
+    run(loaded, baked, light, yaw=look.yaw, suns=read_suns(suns), gloss=gloss.value if gloss else None, **shown)

@@ -108,7 +108,10 @@ def _shinier(material: Material, factor: float) -> Material:
 class Painter:
     """Draws looks of one scene into the framebuffer in use of an OpenGL context."""
 
-    def __init__(self, gl: moderngl.Context, scene: Scene, net: TransferNet, choices: list[Light]) -> None:
+    def __init__(
+        self, gl: moderngl.Context, scene: Scene, net: TransferNet, choices: list[Light], lighting: Lighting | None = None
+    ) -> None:
+        self.lighting = replace(lighting or Lighting(), dering=True)
         self.gl, self.scene, self.net, self.choices = gl, scene, net, choices
         self.weights = network_texture(gl, net)
         self.textures = [scene_texture(gl, texels) for texels in scene.texels.values()]
@@ -119,12 +122,12 @@ class Painter:
     def draw(self, look: Look, size: tuple[int, int]) -> None:
         """The picture of `render` as a PNG has it; size is (W, H), pixels."""
         lobes = lobes_of(look.material)
-        variant = Variant(lobes, self.net.bands, self.net.bands, exact=True)
+        variant = Variant(lobes, self.net.bands, self.net.bands, exact=self.lighting.exact)
         if lobes not in self.programs:
             self.programs[lobes] = self._compiled(variant)
         program, triangle = self.programs[lobes]
         light = self.choices[look.light].rotated(yaw=look.yaw)
-        lit = prepare(light, Lighting(dering=True), look.material, self.net.bands, self.scene.has_exponent)
+        lit = prepare(light, self.lighting, look.material, self.net.bands, self.scene.has_exponent)
         buffers = set_light(program, variant, self.net.bands, lit.coefficients)
         if (exact := lit.exact) is not None:
             set_exact(program, exact)
@@ -175,17 +178,20 @@ def view(
     camera: Camera | None = None,
     size: tuple[int, int] = (settings.Render.width, settings.Render.height),
     exposure: float = settings.Render.exposure,
+    suns: str | int = settings.Render.suns,
+    gloss: str | None = None,
 ) -> None:
     """Open a window and stay until it is closed; KEYS says what mouse and keys do.
 
     Raises SdfprtError without a display, without the `glfw` package and without OpenGL 4.3.
     """
+    lighting = Lighting(suns=suns, gloss=gloss)
     glfw = need_display(scene)
     choices = [light, *(Light.load(name) for name in lights() if name != light.name)]
     start = Look(camera or scene.camera, material or scene.material, 0, yaw, exposure)
     window = _window(glfw, scene, size)
     try:
-        painter = Painter(moderngl.create_context(require=430), scene, network_of(asset, scene), choices)
+        painter = Painter(moderngl.create_context(require=430), scene, network_of(asset, scene), choices, lighting)
         _loop(glfw, window, painter, start)
     finally:
         glfw.terminate()

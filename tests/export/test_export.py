@@ -14,6 +14,7 @@ from sdfprt.core.opengl import context, in_render_thread
 from sdfprt.export import page
 from sdfprt.export.page import export_html, export_shadertoy
 from sdfprt.imaging import tone
+from sdfprt.imaging.shot import Lighting
 from sdfprt.material.lobes import Diffuse, Material
 from sdfprt.rendering.backends import frame
 

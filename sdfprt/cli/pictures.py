@@ -14,6 +14,7 @@ from sdfprt.cli.options import (
     Background,
     Cluster,
     Exposure,
+    GlossName,
     Joining,
     Kind,
     Layout,
@@ -25,6 +26,7 @@ from sdfprt.cli.options import (
     SceneName,
     Size,
     Specular,
+    Suns,
     Switch,
     Weights,
     keep_apart,
@@ -32,6 +34,7 @@ from sdfprt.cli.options import (
     pixels,
     read_colours,
     read_light,
+    read_suns,
     verb,
 )
 from sdfprt.core import settings
@@ -98,6 +101,8 @@ def render_set(
     asset: Annotated[list[Path] | None, typer.Option(help="Baked .safetensors files, found by their scene.")] = None,
     width: Annotated[int, typer.Option("--width", help="Neurons a layer, without an --asset.")] = settings.Network.width,
     cluster: Cluster = None,
+    suns: Suns = settings.Render.suns,
+    gloss: GlossName = None,
 ) -> None:
     """Render scenes x views x lights x yaws x materials, with a JSON manifest; resumes where an earlier call was stopped."""
     from sdfprt.baking.asset import Asset
@@ -125,6 +130,8 @@ def render_set(
         width=width,
         assets=[Asset.load(path) for path in asset or ()],
         cluster=cluster,
+        suns=read_suns(suns),
+        gloss=gloss.value if gloss else None,
     )
     print(f"{len(entries)} pictures")
     print(output / MANIFEST)

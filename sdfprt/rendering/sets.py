@@ -41,7 +41,7 @@ from sdfprt.sdf.scene import Scene
 FORMAT = "sdfprt-render-set-1"
 MANIFEST = "manifest.json"
 KINDS = ("exr", "png")
-_VERSION = 1  # of what the renderer draws; a change makes files anew
+_VERSION = 2  # of what the renderer draws; a change makes files anew
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,15 +77,17 @@ def render_set(
     width: int = settings.Network.width,
     assets: Sequence[Asset] = (),
     cluster: str | None = None,
+    suns: str | int = settings.Render.suns,
+    gloss: str | None = None,
 ) -> list[dict[str, Any]]:
     """Draw all combinations into `folder` and list them in its manifest.json; returns their entries.
 
     `views` cameras turn about each scene's own target, the first is the scene's own; `cameras`, where given, take their
     place. A material of None is the scene's own. Scenes without an asset of theirs in `assets` use the shipped or cached
     one, or are baked. `cluster`, a Dask scheduler's address, has its workers bake and draw: the same files to the bit.
-    An entry: file, scene, light, yaw (degrees), camera (eye, target, up, fov), material, size (W, H), samples, exposure
-    (None for EXR); scene_digest and light_digest, which differ where two scenes or lights of one name do. Raises SdfprtError as
-    `render` does, with what is finished kept, and for a manifest that is there but cannot be read.
+    An entry: file, scene, light, yaw (degrees), camera (eye, target, up, fov), material, size (W, H), samples, exposure (None for
+    EXR), suns and gloss as `render` takes them; scene_digest and light_digest, which differ where two scenes or lights of one name
+    do. Raises SdfprtError as `render` does, with what is finished kept, and for a manifest that is there but cannot be read.
     """
     folder = Path(folder)
     if kind not in KINDS:
@@ -106,7 +108,7 @@ def render_set(
         looks = cameras or trajectory(scene.camera, views)
         for camera, (light, digest), yaw, own in itertools.product(looks, zip(environments, digests, strict=True), yaws, chosen):
             eyes = {"background": kind == "png", "dering": kind == "png"}
-            shot = compose(scene, own, camera, size, samples, **eyes)
+            shot = compose(scene, own, camera, size, samples, **eyes, suns=suns, gloss=gloss)
             job = Job(scene, net, light.rotated(yaw=yaw), shot, exposure, kind)
             entry = _entry(job, yaw, digest)
             jobs[entry["file"]] = (entry, job)
@@ -180,6 +182,8 @@ def _entry(job: Job, yaw: float, light: str) -> dict[str, Any]:
         "size": list(job.shot.size),
         "samples": job.shot.samples,
         "exposure": job.exposure if job.for_eyes else None,
+        "suns": job.shot.lighting.suns,
+        "gloss": "exact" if job.shot.lighting.exact else "sh",
     }
     net = [job.net.digest, job.net.scale.tolist()]
     depends = [_VERSION, entry, job.scene.hash, job.scene.look, net, light, job.kind]

@@ -57,6 +57,7 @@ def test_the_page_holds_tables_and_pictures(tmp_path: Path, monkeypatch):
     assert len(rows) == 2 + 3
     assert all(abs(r.network_share + r.truncation_share + r.rest_share - 1) < 1e-6 for r in splits)
     page = out.read_text()
-    assert page.count("data:image/png") == 2 * 2 * (1 + 2 + 1)  # reference, two exact, network; each with its heatmap
+    assert page.count("data:image/png") == 2 * 2 * (1 + 2 + 2)  # reference, two exact, two of the network; each with its heatmap
+    assert all(page.count(f"<td>{way}</td>") == 2 for way in report.WAYS)
     order = [page.index(text) for text in ("network, k=32, 4 bands", "exact transfer, 4 bands", "exact transfer, 6 bands")]
     assert order == sorted(order)

@@ -13,9 +13,9 @@ from sdfprt.cli.options import AsJson, Reading, SceneName, keep_apart, picture, 
 @verb("scenes")
 def scenes() -> None:
     """List the library's scenes."""
-    from sdfprt.sdf.folder import library
+    from sdfprt.sdf.folder import library, meshes
 
-    for name, title in library().items():
+    for name, title in (library() | meshes()).items():
         print(f"{name:20} {title}")
 
 

@@ -1,6 +1,7 @@
 """Where a mesh scene comes from: a mesh file, or a folder whose scene.toml says mesh = "file.glb"."""
 
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,14 @@ def is_mesh(path: Path) -> bool:
         return "mesh" in tomllib.loads((path / SETTINGS).read_text())
     except (OSError, ValueError):
         return False
+
+
+def renamed(scene: MeshScene, path: Path, given: dict[str, Any]) -> MeshScene:
+    """A mesh that a Python file made, under the file's name. Raises SdfprtError for options that it has not."""
+    for name in given.keys() & {"bounds", "defines", "up"}:
+        if given[name] not in (None, "y", {}):
+            raise SdfprtError(f"{path}: a mesh made in Python has no option {name}; leave it out")
+    return replace(scene, file=path.name, folder=path.resolve().parent)
 
 
 def open_scene(path: Path, given: dict[str, Any]) -> MeshScene:

@@ -30,6 +30,7 @@ from sdfprt.maths import axes
 from sdfprt.maths.box import corner
 from sdfprt.sdf import schema, textures
 
+MESHES = "meshes"  # folder of the library: meshes written in Python
 FILE, SETTINGS, PYTHON = "sdf.glsl", "scene.toml", "scene.py"
 
 
@@ -37,8 +38,10 @@ def find(source: str | Path) -> Path:
     """The path that `source` names: itself, or a folder of the library where there is no such path and the name is plain."""
     path = Path(source)
     shipped = folder("sdf_library") / path
-    if path.name != str(source) or not (shipped / FILE).is_file():
+    written = folder("sdf_library") / MESHES / f"{source}.py"
+    if path.name != str(source) or not ((shipped / FILE).is_file() or written.is_file()):
         return path
+    shipped = shipped if (shipped / FILE).is_file() else written
     if not os.path.lexists(path):
         return shipped
     warnings.warn(f"{path}: ./{path} in the working directory is taken, not the library's scene", SdfprtWarning, stacklevel=3)
@@ -58,6 +61,12 @@ def library() -> dict[str, str]:
         settings = tomllib.loads(toml.read_text()) if toml.is_file() else {}
         found[path.parent.name] = settings.get("title", path.parent.name)
     return found
+
+
+def meshes() -> dict[str, str]:
+    """Name -> title of every mesh that ships as a Python file."""
+    files = sorted((folder("sdf_library") / MESHES).glob("*.py"))
+    return {path.stem: path.read_text().split('"""')[1].split("\n")[0] for path in files}
 
 
 def read_text(path: Path) -> str:

@@ -29,6 +29,7 @@ from sdfprt.imaging.camera import Camera
 from sdfprt.material.lobes import DiffusePhong, Material, parse, parts
 from sdfprt.maths.box import UNIT, Box
 from sdfprt.mesh import folder as meshes
+from sdfprt.mesh.scene import MeshScene
 from sdfprt.sdf import folder as folders
 from sdfprt.sdf import measure
 from sdfprt.sdf.compiled import Compiled
@@ -140,7 +141,7 @@ class Scene:
         return cls(glsl, **arguments)._measured(arguments, given.get("camera", {}))
 
     @classmethod
-    def _of_python(cls, path: Path, name: str, given: dict) -> Scene:
+    def _of_python(cls, path: Path, name: str, given: dict) -> Any:
         """The `scene` that a Python file defines, with what scene.toml says; what a solid leaves out is measured."""
         camera = given.get("camera", {})
         own = {"name": name, "folder": path.resolve().parent} | {key: v for key, v in given.items() if key != "camera"}
@@ -148,8 +149,10 @@ class Scene:
             made = folders.run(path, name)
             if not isinstance(made, cls) and hasattr(made, "scene"):  # a solid, or whatever else can become a scene
                 return made.scene(**{"file": path.name, **own})._measured({"bounds": None, **own}, camera)
+        if isinstance(made, MeshScene):
+            return meshes.renamed(made, path, given)
         if not isinstance(made, cls):
-            raise SdfprtError(f"{path}: defines no `scene`: a solid of sdfprt.csg or an sdfprt.Scene")
+            raise SdfprtError(f"{path}: defines no `scene`: a solid of sdfprt.csg, an sdfprt.Scene or a mesh")
         return replace(made, camera=replace(made.camera, **camera), **own)
 
     @classmethod

@@ -21,6 +21,7 @@ struct Environment : Simd {
     CUDA_CALLABLE void evaluate(F dx, F dy, F dz, F& r, F& g, F& b, F& pdf) const {
         const F x = turn[0] * dx + turn[3] * dy + turn[6] * dz, y = turn[1] * dx + turn[4] * dy + turn[7] * dz;
         const F z = turn[2] * dx + turn[5] * dy + turn[8] * dz;
+        // Lat-long; twins: latlong_uv of sdfprt/maths/sphere.py, shaders/rendering/latlong.glsl. Tests of the reference hold it
         F u = 0.5f - atan2(x, z) * 0.159154943f;
         u = u - floor(u);
         const F v = acos(clamp(y, splat(-1.0f), splat(1.0f))) * 0.318309886f;

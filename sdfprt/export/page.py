@@ -215,7 +215,7 @@ def export_shadertoy(
 def page_fragment(scene: Scene, net: TransferNet, variant: Variant, version: str = VERSION, source: str = "") -> str:
     """The page's only pass, with what uniforms cannot say; `source` stands for the scene's own text."""
     source = source or scene.shader_source
-    pieces = join((*PIECES, "page")).replace("uniform vec4 viewport;", "vec4 viewport;")
+    pieces = join(("latlong", *PIECES, "page")).replace("uniform vec4 viewport;", "vec4 viewport;")
     ours = "\n".join([version, "#define ENVIRONMENT_MAP", *flags(scene), defines(net, variant), pieces])
     return "\n".join([ours, renamed(ours, source), "#line 1", source])
 

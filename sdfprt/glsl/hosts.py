@@ -321,9 +321,10 @@ def _without_wrapping(text: str) -> str:
     return re.sub(r"^[ \t]*(?:shader_type|render_mode)\b[^;\n]*;", _blank, text, flags=re.M)
 
 
+# The convention of lights (maths/sphere.py): +z at the centre, +x a quarter from the left edge; v as samplers have it, upwards
 _SPHERE = (
     "vec4 sdfprt_cube(sampler2D s, vec3 d) { d = normalize(d); float v = asin(clamp(d.y, -1.0, 1.0)) / 3.14159265359 + 0.5, "
-    "edge = 0.5 / float(textureSize(s, 0).y); return textureLod(s, vec2(atan(d.x, d.z) / 6.28318530718 + 0.5, "
+    "edge = 0.5 / float(textureSize(s, 0).y); return textureLod(s, vec2(0.5 - atan(d.x, d.z) / 6.28318530718, "
     "clamp(v, edge, 1.0 - edge)), 0.0); } "
     "vec4 sdfprt_cube(sampler2D s, vec3 d, float lod) { return sdfprt_cube(s, d); } "
 )

@@ -23,7 +23,7 @@ def latlong_azimuth(width: int) -> Float[ndarray, "w"]:
 
 
 def latlong_uv(directions: Float[ndarray, "*n 3"]) -> Float[ndarray, "*n 2"]:
-    """(u, v) in [0, 1]: u from left to right, v from the top row down."""
+    """(u, v) in [0, 1]: u from left to right, v from the top row down. Twins: latlong.glsl, sampling.h of the path tracer."""
     x, y, z = np.moveaxis(np.asarray(directions), -1, 0)
     u = 0.5 - np.arctan2(x, z) / (2 * np.pi)
     v = np.arccos(np.clip(y, -1, 1)) / np.pi

@@ -25,16 +25,16 @@ from sdfprt.sdf.scene import NORMAL_STEP, Scene
 
 VERSION = "#version 430"
 SURFACE = ("camera", "trace", "normal", "surface")
-LIGHT = ("network", "sh", "shade", "light")
+LIGHT = ("network", "sh", "latlong", "shade", "light")
 SUNLIGHT = ("trace", "suns", "sunlight")
 FREE = ("free",)
 LIST = ("list",)
 MESH_VERTEX = ("pinhole", "mesh_vertex")
-GOURAUD_VERTEX = ("pinhole", "sh", "shade", "gouraud_vertex")
+GOURAUD_VERTEX = ("pinhole", "sh", "latlong", "shade", "gouraud_vertex")
 GOURAUD = ("gouraud",)
 MESH_DEPTH = ("mesh_depth",)
 MESH_SURFACE = ("mesh_surface",)
-BACKGROUND = ("camera", "background")
+BACKGROUND = ("camera", "latlong", "background")
 GRAIN = 4  # samples along a side that a cone of the coarse pass holds
 _TEXELS = 1024  # in a row of the texture of weights
 

@@ -1,4 +1,4 @@
-// One pass for browsers: trace, network, light and what is behind; then exposure, tone curve and sRGB as sdfprt/image.py has them.
+// One pass for browsers: trace, network, light and what is behind; then exposure, tone curve and sRGB as sdfprt/imaging/tone.py has them.
 vec3 viewOrigin();
 vec3 viewRay();
 float footprint();
@@ -15,7 +15,8 @@ vec3 albedo(vec3 p, vec3 n);
 float exponent(vec3 p, vec3 n);
 #endif
 #ifdef ENVIRONMENT_MAP
-uniform sampler2D environment;  // lat-long as in background.glsl
+vec2 latlong(vec3 d);
+uniform sampler2D environment;  // wraps in u
 uniform mat3 toMap;             // world to map
 #else
 void weightedBasis(vec3 d, float weights[RESULT_BANDS], out float y[4 * RESULTS]);
@@ -34,9 +35,7 @@ uniform int once;               // 1, see network.glsl
 vec3 behind(vec3 d) {
     if (!background) return vec3(0.0);
 #ifdef ENVIRONMENT_MAP
-    vec3 m = toMap * d;
-    vec2 at = vec2(0.5 - atan(m.x, m.z) / 6.28318530717959, acos(clamp(m.y, -1.0, 1.0)) / 3.14159265358979);
-    return textureLod(environment, at, 0.0).rgb;
+    return textureLod(environment, latlong(toMap * d), 0.0).rgb;
 #else
     float ones[RESULT_BANDS], y[4 * RESULTS];
     for (int l = 0; l < RESULT_BANDS; l++) ones[l] = 1.0;

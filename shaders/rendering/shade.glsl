@@ -19,9 +19,7 @@ layout(std140) uniform GlossyLight {                 // M_ki = sum_j tau_ijk L_j
 #endif
 
 #ifdef EXACT_LIGHT
-vec2 latlong(vec3 d) {
-    return vec2(0.5 - atan(d.x, d.z) / 6.28318530717959, acos(clamp(d.y, -1.0, 1.0)) / 3.14159265358979);
-}
+vec2 latlong(vec3 d);
 
 // sum_j T_j F_j(R) of the lobe about the world direction r, with exponent s.
 vec3 exactGloss(vec4 transfer[OUTPUTS], vec3 r, float s) {

@@ -9,6 +9,7 @@ import pytest
 
 from sdfprt.core.errors import GlslError
 from sdfprt.glsl.compile import check_es
+from sdfprt.maths import sphere
 from sdfprt.sdf.es import VERSION, es_source
 from sdfprt.sdf.scene import Scene
 
@@ -208,6 +209,14 @@ def test_a_cube_map_is_read_by_latitude_and_longitude() -> None:
     for found in (scene.distance(ends), opengl.distance(scene, ends)):
         np.testing.assert_allclose(found, [1, 0, 1, 0], atol=1e-3)
     assert any("latitude" in note for note in scene.prepared.notes)
+
+
+def test_a_cube_map_has_the_axes_of_lights() -> None:
+    picture = np.random.default_rng(0).random((8, 16, 3)).astype(np.float32)
+    scene = Scene(glsl="uniform samplerCube sky;\nfloat map(vec3 p) { return texture(sky, p).x; }", textures={"sky": picture})
+    directions = sphere.latlong_directions(8, 16).reshape(-1, 3).astype(np.float32)  # where a texel is read as it is
+    for found in (scene.distance(directions), opengl.distance(scene, directions)):
+        np.testing.assert_allclose(found, picture[..., 0].ravel(), rtol=0, atol=0.01)  # 1/256 of the step between texels
 
 
 def test_uniform_arrays_are_named_and_settable() -> None:

@@ -12,6 +12,7 @@ from sdfprt.core.errors import SdfprtError
 from sdfprt.core.opengl import context, in_render_thread
 from sdfprt.core.resources import folder
 from sdfprt.glsl.compile import _glslang
+from sdfprt.maths import sphere
 from sdfprt.rendering import pieces
 from sdfprt.rendering.backends import render
 from sdfprt.rendering.pieces import Variant
@@ -146,3 +147,26 @@ def test_an_unknown_uniform_is_an_error_unless_it_is_called_optional():
     in_render_thread(set_uniforms)(given, ("gone",), here=1.0, gone=2.0)
     with pytest.raises(SdfprtError, match="no uniform gone"):
         in_render_thread(set_uniforms)(given, here=1.0, gone=2.0)
+
+
+@in_render_thread
+def _latlong_by_shader(directions: np.ndarray) -> np.ndarray:
+    gl = context()
+    read = "texelFetch(directions, ivec2(gl_FragCoord.x, 0), 0).xyz"
+    main = f"uniform sampler2D directions; out vec2 uv; void main() {{ uv = latlong({read}); }}"
+    text = f"#version 430\n{pieces.piece('latlong')}\n{main}"
+    program = gl.program(vertex_shader=f"#version 430\n{pieces.piece('vertex')}", fragment_shader=text)
+    gl.texture((len(directions), 1), 3, directions.tobytes(), dtype="f4").use(0)
+    target = gl.texture((len(directions), 1), 2, dtype="f4")
+    gl.framebuffer([target]).use()
+    gl.disable(moderngl.DEPTH_TEST)
+    gl.vertex_array(program, []).render(moderngl.TRIANGLES, vertices=3)
+    return np.frombuffer(target.read(), np.float32).reshape(-1, 2)
+
+
+def test_the_shaders_latlong_is_that_of_lights() -> None:
+    directions = np.concatenate([np.eye(3), -np.eye(3), sphere.latlong_directions(7, 12).reshape(-1, 3)]).astype(np.float32)
+    apart = _latlong_by_shader(directions) - sphere.latlong_uv(directions)
+    apart[:, 0] -= np.round(apart[:, 0])  # u wraps
+    apart[np.abs(directions[:, 1]) == 1, 0] = 0  # any u shows a pole
+    np.testing.assert_allclose(apart, 0, rtol=0, atol=2e-4)  # acos of a driver

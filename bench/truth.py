@@ -20,8 +20,9 @@ from sdfprt.baking.sdf import bake
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, Phong
 from sdfprt.rendering.backends import frame
-from sdfprt.sdf import scene, surface, trace
+from sdfprt.sdf import scene, surface
 from sdfprt.sdf.folder import library
+from sdfprt.transfer.seen import Seen
 from sdfprt.truth import exact
 from sdfprt.truth.path_tracing import reference_image
 
@@ -110,7 +111,7 @@ def grey(which: scene.Scene) -> scene.Scene:
     return replace(which, glsl=text) if text != which.glsl else which
 
 
-def agree(seen: trace.GBuffer, points: np.ndarray, normals: np.ndarray, diagonal: float, degrees: float) -> np.ndarray:
+def agree(seen: Seen, points: np.ndarray, normals: np.ndarray, diagonal: float, degrees: float) -> np.ndarray:
     """Pixels (H, W) where the mesh has the SDF's point within 1e-4 of the diagonal and its normal within `degrees`."""
     same = np.zeros(seen.mask.shape, bool)
     near = np.linalg.norm(seen.points - points[seen.mask], axis=1) < 1e-4 * diagonal

@@ -91,7 +91,7 @@ def _kernel():
     wp = kernels.warp()
 
     @wp.kernel(enable_backward=False, module="unique")
-    def mesh_distance(mesh: wp.uint64, points: wp.array[wp.vec3], reach: float, out: wp.array[float], first: int):
+    def mesh_distance(mesh: wp.uint64, points: wp.array[wp.vec3], reach: float, out: wp.array[float], first: int):  # type: ignore
         """One thread, one point."""
         i = first + wp.tid()  # type: ignore
         found = wp.mesh_query_point_sign_winding_number(mesh, points[i], reach, 2.0, 0.5)  # type: ignore

@@ -1,5 +1,7 @@
 """Colours, exponents and part numbers that a distance function gives beside the distance."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -16,12 +18,12 @@ BOTH = "float a = length(p) - 0.5, b = p.y + 0.5; bool ball = a < b;"
 PICK = "vec3 c = ball ? vec3(0.9, 0.1, 0.1) : vec3(0.1, 0.7, 0.2);"
 
 
-def given(text: str, **others: object) -> tuple[Scene, np.ndarray | None, np.ndarray | None]:
-    """The scene, and its albedo and exponent at a point of the ball and one of the floor."""
-    scene = Scene(glsl=text, **others)  # type: ignore[arg-type]
+def given(text: str, **others: Any) -> tuple[Scene, Any, Any]:
+    """The scene, and its albedo and exponent at a point of the ball and one of the floor; None where it gives none."""
+    scene = Scene(glsl=text, **others)
     if "vec4 map" in text:  # else no component is to be chosen
         np.testing.assert_allclose(scene.distance(POINTS), (0, 0), rtol=0, atol=1e-6)
-    return scene, *colours(scene, POINTS, np.tile(np.float32([0, 1, 0]), (2, 1)))
+    return scene, *colours(scene, POINTS, np.tile(np.array([0, 1, 0], np.float32), (2, 1)))
 
 
 def struct(members: str, value: str) -> str:
@@ -100,7 +102,7 @@ def test_a_roughness_is_the_exponent_that_materials_of_meshes_get() -> None:
     alphas = np.concatenate([np.linspace(0, 1.2, 25), [0.005, 0.0141, 0.02]]).astype(np.float32)
     points = np.stack([alphas, np.zeros_like(alphas), np.zeros_like(alphas)], 1)
     scene = Scene(glsl="float map(vec3 p, out float roughness) { roughness = p.x; return length(p) - 0.5; }")
-    _, found = colours(scene, points, np.tile(np.float32([0, 1, 0]), (len(points), 1)))
+    _, found = colours(scene, points, np.tile(np.array([0, 1, 0], np.float32), (len(points), 1)))
     assert found is not None
     expected = [exponent_of_roughness(float(alpha)) for alpha in alphas]
     np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-5)  # 2 / alpha^2 - 2 cancels near alpha = 1

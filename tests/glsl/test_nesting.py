@@ -40,7 +40,7 @@ def test_deep_code_is_translated(text: str) -> None:
 
 def test_deep_code_is_compiled() -> None:
     text = "float map(vec3 p) { float d = length(p); " + "if (p.x > -9.0) {" * 300 + " d -= 0.5; " + "}" * 300 + " return d; }"
-    np.testing.assert_allclose(Scene(glsl=text).distance(np.float32([[0, 1, 0], [0, 0, 0.25]])), [0.5, -0.25])
+    np.testing.assert_allclose(Scene(glsl=text).distance(np.array([[0, 1, 0], [0, 0, 0.25]], np.float32)), [0.5, -0.25])
 
 
 def test_loops_nested_too_deeply_are_one_error() -> None:

@@ -45,7 +45,7 @@ def test_a_place_where_the_field_is_no_number_is_no_surface():
     assert found.points[:, 0].min() > 0
     assert np.isfinite(compute_transfer(scene, found.points, found.normals, bands=2, rays=32)).all()
     aim = np.array([(0.0, y, z) for y in (-0.3, 0, 0.3) for z in (-0.3, 0.1)], np.float32)
-    way = np.tile(np.float32((1, 0, 0)), (len(aim), 1))
+    way = np.tile(np.array((1, 0, 0), np.float32), (len(aim), 1))
     assert (trace.hit(scene, aim - 0.9 * way, way) == -1).all()
     assert (trace.hit(scene, aim + 0.9 * way, -way) > 0).all()
 

@@ -49,7 +49,7 @@ def _damaged(whole: bytes, random: np.random.Generator) -> bytes:
     if way == 1:  # anywhere, or in the header
         reach = len(data) if random.integers(2) else min(len(data), 400)
         for _ in range(random.integers(1, 6)):
-            data[random.integers(reach)] = random.choice([0, 1, 2, 127, 128, 255, random.integers(256)])
+            data[random.integers(reach)] = random.choice(np.array([0, 1, 2, 127, 128, 255, random.integers(256)]))
         return bytes(data)
     first, last = sorted(random.integers(len(data), size=2))
     if way == 2:

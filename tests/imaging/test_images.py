@@ -1,6 +1,7 @@
 """Our own golden pictures, by the plugin that users get: small, and held by metrics rather than bits."""
 
 from collections.abc import Callable
+from typing import Any
 
 import nets
 import numpy as np
@@ -13,7 +14,7 @@ from sdfprt.truth import exact
 from sdfprt.truth.path_tracing import reference
 
 SIZE = (48, 48)
-PAPERS = {"suns": "off", "gloss": "sh"}
+PAPERS: dict[str, Any] = {"suns": "off", "gloss": "sh"}
 LIGHT = Light.load("sky_afternoon").rotated(yaw=60.0)
 
 

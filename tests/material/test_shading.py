@@ -1,5 +1,7 @@
 """Shading by SH products against integrals over the sphere."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 import torch
@@ -70,11 +72,12 @@ def test_an_array_of_exponents_shades_each_point_with_its_own():
 def test_tensors_are_shaded_as_arrays_are():
     n, o = _unit(50), _unit(50)
     T, L, albedo, s = RNG.normal(size=(50, 16)), RNG.normal(size=(25, 3)), RNG.random((50, 3)), 2 + 60 * RNG.random(50)
-    for colours in ({}, {"albedo": albedo, "exponent": s}):
+    every: list[dict[str, Any]] = [{}, {"albedo": albedo, "exponent": s}]
+    for colours in every:
         expected = shading.shade(T, n, o, L, DiffusePhong(), result_bands=6, **colours)
         for kind, error in ((torch.float64, 1e-12), (torch.float32, 1e-4)):  # values reach 30; products of 16 x 36 terms
             t, normals, outgoing = (torch.tensor(v, dtype=kind) for v in (T, n, o))
-            sent = {name: torch.tensor(v, dtype=kind) for name, v in colours.items()}
+            sent: dict[str, Any] = {name: torch.tensor(v, dtype=kind) for name, v in colours.items()}
             got = shading.shade(t, normals, outgoing, L, DiffusePhong(), result_bands=6, **sent)
             assert isinstance(got, torch.Tensor) and got.dtype == kind and expected.max() > 1
             np.testing.assert_allclose(got.numpy(), expected, rtol=0, atol=error)

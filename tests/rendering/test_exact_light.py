@@ -1,5 +1,7 @@
 """Pictures past the truncation of spherical harmonics: suns by rays, light and lobe exact, against path tracing and each other."""
 
+from typing import Any
+
 import nets
 import numpy as np
 import pytest
@@ -17,7 +19,7 @@ from sdfprt.truth import exact, path_tracing
 
 SCENE, NET = nets.scene(), nets.random_net()
 SIZE = (40, 40)
-PAPERS = {"suns": "off", "gloss": "sh"}
+PAPERS: dict[str, Any] = {"suns": "off", "gloss": "sh"}
 
 
 def psnr(a: np.ndarray, b: np.ndarray, mask: np.ndarray, trimmed: float = 0.02) -> float:

@@ -2,6 +2,7 @@
 
 import functools
 from dataclasses import replace
+from typing import Any
 
 import nets
 import numpy as np
@@ -22,7 +23,7 @@ from sdfprt.sdf.trace import gbuffer
 SIZE = (48, 40)
 SCENE, NET = nets.scene(), nets.random_net()
 LIGHT = Light.load("studio").rotated(yaw=40)
-PAPERS = {"suns": "off", "gloss": "sh"}
+PAPERS: dict[str, Any] = {"suns": "off", "gloss": "sh"}
 
 
 def _psnr(a: np.ndarray, b: np.ndarray, trimmed: float = 0.02) -> float:

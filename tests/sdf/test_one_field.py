@@ -9,6 +9,7 @@ import platform
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -142,7 +143,7 @@ def records(request: pytest.FixtureRequest, scene: Scene, surface: tuple[np.ndar
     log.zero_()
     build = kernels.build
 
-    def recording(text: str, *rest: object, **options: object) -> object:
+    def recording(text: str, *rest: Any, **options: Any) -> Any:
         text, changed = re.subn(r"\bstruct Scene\b", "struct Field", text)
         assert changed == 1, "a kernel without a scene"
         return build(text + RECORDER.replace("LOG", name).replace("COUNT", str(COUNT)), *rest, **options)
@@ -164,6 +165,7 @@ def test_a_vertex_of_a_path_has_the_colour_that_the_shader_is_given(scene: Scene
     points, normals = surface
     alone, _ = colour.colours(scene, points, normals)
     again, _ = colour.colours(scene, points[::-1], normals[::-1])
+    assert alone is not None and again is not None
     np.testing.assert_array_equal(alone, again[::-1])
 
 

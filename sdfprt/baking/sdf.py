@@ -10,6 +10,7 @@ from sdfprt.baking.asset import Asset, cached_path, find_asset
 from sdfprt.baking.search import Fitted
 from sdfprt.baking.stages import Part, Samples, Size
 from sdfprt.baking.tables import bake_vertices
+from sdfprt.baking.textures import TEXELS, bake_textures
 from sdfprt.core import settings
 from sdfprt.core.arguments import checked
 from sdfprt.core.cache import WORK, cache_folder, trim_work
@@ -34,12 +35,13 @@ KEEP = 24  # working files that stay when a bake ends
     seed=(0, None),
     target_psnr=(0, 200),
     bounces=(0, 64),
+    resolution=TEXELS,
 )
 def bake(
     scene: AnyScene,
     width: int = settings.Network.width,
     layers: int = settings.Network.layers,
-    bands: int = settings.Transfer.bands,
+    bands: int | None = None,
     points: int = settings.Surface.points,
     rays: int | None = None,
     steps: int = settings.Fit.steps,
@@ -51,6 +53,8 @@ def bake(
     storage: str = "network",
     bounces: int = 0,
     shadowed: bool = True,
+    resolution: int = settings.Texture.resolution,
+    sets: str = settings.Texture.sets,
 ) -> Any:
     """The Asset of a scene: shipped, from the cache, or made now, resuming what an earlier call left unfinished.
 
@@ -59,15 +63,25 @@ def bake(
     `info["target_reached"]` whether one did; if not, the nearest comes back. `info["warning"]` is there where the validation error
     is far beyond the usual. `preview` is a rough network in seconds. `fresh` makes one even where weights ship with the scene or
     lie in the cache. `rays` a point default to settings.Transfer's. `cluster`, a Dask scheduler's address, has its workers trace
-    the rays; the asset is the same to the bit. `storage` "vertex" gives a VertexTable of a mesh, with `bounces` diffuse
-    interreflections, or not `shadowed`. Raises SdfprtError where the scene has no surface or its distance is NaN.
+    the rays; the asset is the same to the bit. `bands` default to settings.Transfer's, in textures to settings.Texture's.
+
+    `storage` "vertex" gives a VertexTable of a mesh, with `bounces` diffuse interreflections, or not `shadowed`; "texture" a
+    TextureTable of `resolution` texels squared, one or one an object (`sets`: auto, one, object), or not `shadowed`.
+    Raises SdfprtError where the scene has no surface or its distance is NaN.
     """
     if storage == "vertex":
-        return bake_vertices(scene, bands, rays, seed, bounces, shadowed, fresh)
+        return bake_vertices(scene, bands or settings.Transfer.bands, rays, seed, bounces, shadowed, fresh)
+    if storage == "texture":
+        if bounces:
+            raise SdfprtError(f"bounces {bounces}: textures hold direct light only; use storage vertex for interreflections")
+        made = bake_textures(scene, bands or settings.Texture.bands, rays, seed, resolution, sets, shadowed, fresh)
+        trim_work(KEEP)
+        return made
     if storage != "network":
-        raise SdfprtError(f"storage {storage}: there is no such one; there are network and vertex")
+        raise SdfprtError(f"storage {storage}: there is no such one; there are network, vertex and texture")
     if bounces or not shadowed:
         raise SdfprtError("a network holds shadowed transfer without bounces; for others use storage vertex")
+    bands = bands or settings.Transfer.bands
     rays = settings.Transfer.rays if rays is None else rays
     resolution = settings.Surface.resolution
     if preview:

@@ -8,8 +8,26 @@ from typing import Annotated
 
 import typer
 
-from sdfprt.cli.options import AsJson, Cluster, Reading, SceneName, Seed, keep_apart, picture, verb
+from sdfprt.cli.options import (
+    AsJson,
+    Bounces,
+    Cluster,
+    HeldBy,
+    Reading,
+    Resolution,
+    SceneName,
+    Seed,
+    Storage,
+    TextureSets,
+    Transfer,
+    Visibility,
+    keep_apart,
+    of_textures,
+    picture,
+    verb,
+)
 from sdfprt.core import settings
+from sdfprt.core.errors import SdfprtError
 
 
 @verb("bake", resumes=True)
@@ -20,20 +38,41 @@ def bake(
     width: Annotated[int, typer.Option("--width", help="Neurons a layer.")] = settings.Network.width,
     layers: Annotated[int, typer.Option("--layers", help="Linear layers.")] = settings.Network.layers,
     bands: Annotated[
-        int, typer.Option("--bands", min=1, max=8, help="SH bands of transfer; n*n outputs.")
-    ] = settings.Transfer.bands,
+        int | None,
+        typer.Option(
+            "--bands",
+            min=1,
+            max=8,
+            help=f"SH bands of transfer, n*n outputs; default: {settings.Transfer.bands}, in textures {settings.Texture.bands}.",
+        ),
+    ] = None,
     points: Annotated[int, typer.Option("--points", help="Surface samples.")] = settings.Surface.points,
-    rays: Annotated[int, typer.Option("--rays", help="Rays a sample.")] = settings.Transfer.rays,
+    rays: Annotated[
+        int | None,
+        typer.Option("--rays", help=f"Rays a sample; default: {settings.Transfer.rays}, of a mesh's tables by their size."),
+    ] = None,
     steps: Annotated[int, typer.Option("--steps", help="Of the optimizer.")] = settings.Fit.steps,
     seed: Seed = 0,
     target_psnr: Annotated[float | None, typer.Option(help="dB at held-out points and views: the smallest network for it.")] = None,
     preview: Annotated[bool, typer.Option(help="A rough network in seconds.")] = False,
     fresh: Annotated[bool, typer.Option("--fresh", help="Bake even where weights ship or lie in the cache.")] = False,
     cluster: Cluster = None,
+    storage: HeldBy = None,
+    bounces: Bounces = 0,
+    transfer: Visibility = Transfer.shadowed,
+    resolution: Resolution = None,
+    sets: TextureSets = None,
     as_json: AsJson = False,
 ) -> None:
-    """Precompute transfer and fit the network; resumes where an earlier call was stopped."""
+    """Precompute transfer and fit the network, or fill a mesh's vertices or textures; resumes where an earlier call was stopped."""
     from sdfprt.baking.sdf import bake as run
+
+    if storage is not None and storage is not Storage.network:
+        network, given = settings.Network, {"points": points - settings.Surface.points, "steps": steps - settings.Fit.steps}
+        given |= {"width": width - network.width, "layers": layers - network.layers, "preview": preview}
+        for name, value in (given | {"target-psnr": target_psnr, "cluster": cluster}).items():
+            if value:
+                raise SdfprtError(f"--{name}: {storage.value} storage does not have it; leave it out")
 
     if output is not None:
         picture(output, (".safetensors",))
@@ -52,6 +91,10 @@ def bake(
         preview=preview,
         fresh=fresh,
         cluster=cluster,
+        storage=(storage or Storage.network).value,
+        bounces=bounces,
+        shadowed=transfer is Transfer.shadowed,
+        **of_textures(storage, resolution, sets),
     )
     if output is not None:
         asset.save(output)
@@ -60,6 +103,8 @@ def bake(
         print(f"sdfprt: {scene}: no size of network reached {target_psnr:g} dB; the nearest to it is kept", file=sys.stderr)
     if warning := info.get("warning"):
         print(f"sdfprt: {scene}: {warning}", file=sys.stderr)
+    for note in info.get("notes", ()):
+        print(f"sdfprt: {note}", file=sys.stderr)
     if as_json:
         print(json.dumps({"scene": scene, "asset": str(output or asset.path), **info, "seconds": seconds}, indent=2))
         return
@@ -67,6 +112,14 @@ def bake(
         octaves = f"{size['position_frequencies']}+{size['normal_frequencies']} octaves, {size['weights']} weights"
         reached = f"points {size['validation_psnr']:.1f} dB, views {size['view_psnr']:.1f} dB"
         print(f"k={size['width']} l={size['layers']}, {octaves}: {reached}")
-    print(f"{scene}: validation RMSE {info['validation_rmse']:.4f}, {seconds:.1f} s")
+    if "validation_rmse" in info:
+        print(f"{scene}: validation RMSE {info['validation_rmse']:.4f}, {seconds:.1f} s")
+    else:
+        count = (
+            f"{info['texels']} texels in {info['sets']} of {info['resolution']} squared"
+            if "texels" in info
+            else f"{info['rows']} rows"
+        )
+        print(f"{scene}: {count}, {info['rays']} rays each, {seconds:.1f} s")
     if output is not None:
         print(output)

@@ -79,6 +79,15 @@ class Storage(StrEnum):
 
     network = "network"
     vertex = "vertex"
+    texture = "texture"
+
+
+class Sets(StrEnum):
+    """Transfer textures of a mesh."""
+
+    auto = "auto"
+    one = "one"
+    object_ = "object"
 
 
 class Transfer(StrEnum):
@@ -134,6 +143,13 @@ Cluster = Annotated[
     str | None, typer.Option("--cluster", metavar="ADDRESS", help="A Dask scheduler whose workers do it, such as tcp://host:8786.")
 ]
 Seed = Annotated[int, typer.Option("--seed", min=0, help="Of all that is drawn at random: the same seed, the same file.")]
+HeldBy = Annotated[Storage | None, typer.Option("--storage", help="What holds transfer; vertex, texture: of meshes.")]
+Bounces = Annotated[int, typer.Option("--bounces", min=0, help="Diffuse interreflections in vertex storage.")]
+Visibility = Annotated[Transfer, typer.Option("--transfer", help="unshadowed: in vertex and texture storage.")]
+Resolution = Annotated[
+    int | None, typer.Option("--resolution", help=f"Texels along a texture's side; default: {settings.Texture.resolution}.")
+]
+TextureSets = Annotated[Sets | None, typer.Option("--sets", help="Textures: one, one an object; auto: one where that serves.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 Suns = Annotated[
@@ -272,27 +288,39 @@ class Weights:
         int | None, typer.Option("--width", help=f"Neurons a layer, not beside --asset; default: {settings.Network.width}.")
     ] = None
 
-    storage: Annotated[Storage | None, typer.Option("--storage", help="What holds transfer; vertex: of meshes.")] = None
-    bounces: Annotated[int, typer.Option("--bounces", min=0, help="Diffuse interreflections in vertex storage.")] = 0
-    transfer: Annotated[Transfer, typer.Option("--transfer", help="unshadowed: in vertex storage.")] = Transfer.shadowed
+    storage: HeldBy = None
+    bounces: Bounces = 0
+    transfer: Visibility = Transfer.shadowed
+    resolution: Resolution = None
+    sets: TextureSets = None
 
     def read(self, scene: "AnyScene") -> Any:
         from sdfprt.baking.asset import Asset
         from sdfprt.baking.sdf import bake
         from sdfprt.mesh.scene import MeshScene
-        from sdfprt.tables.vertex import VertexTable, is_table
+        from sdfprt.tables import stored, texture, vertex
 
-        own = {"storage": (self.storage or Storage.network).value, "bounces": self.bounces}
         if self.asset is None:
             width = settings.Network.width if self.width is None else self.width
+            own = {"storage": (self.storage or Storage.network).value, "bounces": self.bounces}
+            own |= of_textures(self.storage, self.resolution, self.sets)
             return bake(scene, width=width, shadowed=self.transfer is Transfer.shadowed, **own)
         given = {"width": self.width, "storage": self.storage, "bounces": self.bounces or None}
-        for flag, value in given.items():
+        for flag, value in (given | {"resolution": self.resolution, "sets": self.sets}).items():
             if value is not None:
                 raise SdfprtError(f"--{flag} {value}: what --asset {self.asset} holds has its own; give one of the two")
-        if is_table(self.asset) and isinstance(scene, MeshScene):
-            return VertexTable.load(self.asset, scene)
-        return Asset.load(self.asset, scene=scene)
+        kinds: dict[str, Any] = {vertex.FORMAT: vertex.VertexTable, texture.FORMAT: texture.TextureTable}
+        kind = kinds.get(stored.form_of(self.asset), Asset) if isinstance(scene, MeshScene) else Asset
+        return kind.load(self.asset, scene=scene)
+
+
+def of_textures(storage: Storage | None, resolution: int | None, sets: Sets | None) -> dict[str, Any]:
+    """What `bake` takes of these flags. Raises SdfprtError for one that the storage does not have."""
+    given = {name: value for name, value in (("resolution", resolution), ("sets", sets)) if value is not None}
+    for name, value in given.items():
+        if storage is not Storage.texture:
+            raise SdfprtError(f"--{name} {value}: only textures have it; give --storage texture")
+    return {name: getattr(value, "value", value) for name, value in given.items()}
 
 
 def read_light(name: str, layout: Layout) -> "Light":

@@ -158,6 +158,23 @@ class Vertex:
 
 
 @dataclass(frozen=True)
+class Texture:
+    resolution: int = 1024  # texels along a side of a sheet
+    sets: str = "auto"  # one sheet, or one an object
+    bands: int = 5
+    rays: int = 1024  # a texel, fewer where there are many
+    budget: int = 300_000_000  # rays of all texels together that are aimed at
+    least: int = 256  # rays a texel
+    padding: int = 128  # charts lie a sheet's side divided by this apart
+    pieces: int = 4096  # stretches of shared normals up to which a chart ends at each hard edge
+    objects: int = 16  # that have a sheet each by `auto`
+    overlap: float = 0.01  # share of texels in several triangles up to which a file's own coordinates are taken
+    crowded: float = 0.001  # share of texels too near to another chart up to which they are
+    least_used: float = 0.05  # share of texels that they use at least
+    layers: int = 2048  # of a texture array, as OpenGL 4.3 promises
+
+
+@dataclass(frozen=True)
 class NeuralFit:
     width: int = 32  # neurons a layer
     layers: int = 2  # of them, before the output

@@ -29,9 +29,10 @@ from sdfprt.material.lobes import Diffuse, Material
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering import frame as opengl
-from sdfprt.rendering import torch_backend, vertex_surface
+from sdfprt.rendering import texture_surface, torch_backend, vertex_surface
 from sdfprt.sdf.kinds import AnyScene
 from sdfprt.sdf.scene import Scene
+from sdfprt.tables.texture import TextureTable
 from sdfprt.tables.vertex import VertexTable
 
 NAMES = ("glsl", "torch", "warp")
@@ -40,6 +41,7 @@ _TURNS = 3
 MEASURED_FROM = 4_000_000  # samples of a picture, which take as long as measuring: some five seconds
 _BALL = "float sdf(vec3 p) { return length(p) - 0.9; }"
 
+Table = VertexTable | TextureTable
 Costs = dict[str, list[float]]  # of each back end: seconds a picture, and seconds a sample
 
 
@@ -135,7 +137,7 @@ def choose(
 @checked(size=SIZES, samples=SAMPLES)
 def frame(
     scene: AnyScene,
-    asset: Asset | TransferNet | VertexTable,
+    asset: Asset | TransferNet | Table,
     light: Light,
     material: Material | None = None,
     camera: Camera | None = None,
@@ -153,12 +155,14 @@ def frame(
     if backend not in ("auto", *NAMES):
         raise SdfprtError(f"backend {backend}: there is no such one; there are auto, {', '.join(NAMES)}")
     shot = compose(scene, material, camera, size, samples, background, **lighting)
-    if isinstance(asset, VertexTable):
+    if isinstance(asset, Table):
         if not isinstance(scene, MeshScene):
-            raise SdfprtError(f"{scene.file}: an asset of vertex storage belongs to a mesh, and this is an SDF")
+            raise SdfprtError(f"{scene.file}: an asset of vertex or texture storage belongs to a mesh, and this is an SDF")
         asset.check(scene)
-        shot.refuse_exact("vertex storage")
         by_shader = backend == "glsl" or (backend == "auto" and has_opengl())
+        if isinstance(asset, TextureTable):
+            return (texture_surface.draw if by_shader else texture_surface.draw_by_rays)(scene, asset, light, shot)
+        shot.refuse_exact("vertex storage")
         return (vertex_surface.draw if by_shader else vertex_surface.draw_by_rays)(scene, asset, light, shot)
     net = opengl.network_of(asset, scene)
     if backend == "auto":
@@ -171,7 +175,7 @@ def frame(
 @checked(size=SIZES, samples=SAMPLES)
 def render(
     scene: AnyScene,
-    asset: Asset | TransferNet | VertexTable,
+    asset: Asset | TransferNet | Table,
     light: Light,
     material: Material | None = None,
     camera: Camera | None = None,

@@ -26,6 +26,7 @@ from sdfprt.rendering.targets import Target, environment_texture
 from sdfprt.rendering.uniforms import set_camera, set_exact, set_light, set_material, set_uniforms
 from sdfprt.rendering.units import SAMPLERS, Unit
 from sdfprt.sdf.kinds import AnyScene
+from sdfprt.tables.texture import TextureTable
 from sdfprt.transfer.sunlight import sunlight
 
 _TILE = 1024  # samples along a side that are rendered at once
@@ -60,7 +61,7 @@ def light_coefficients(light: Light, shot: Shot, net_bands: int) -> tuple[Float[
     return light.sh_dered(bands) if shot.lighting.dering else (light.sh(bands), 0.0)
 
 
-def prepared(scene: AnyScene, net: TransferNet, light: Light, shot: Shot) -> PreparedLight:
+def prepared(scene: AnyScene, net: TransferNet | TextureTable, light: Light, shot: Shot) -> PreparedLight:
     """The light taken apart for a shot."""
     return prepare(light, shot.lighting, shot.material, net.bands, scene.has_exponent)
 

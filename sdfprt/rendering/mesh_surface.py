@@ -8,7 +8,8 @@ import numpy as np
 
 from sdfprt.core.opengl import context
 from sdfprt.imaging.camera import Camera
-from sdfprt.material.lobes import Diffuse, Phong, parts
+from sdfprt.material.lobes import Diffuse, Material, Phong, parts
+from sdfprt.mesh.parts import Colour
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.rendering.pieces import LIST, MESH_DEPTH, MESH_SURFACE
 from sdfprt.rendering.programs import programs
@@ -106,13 +107,24 @@ def dress(
     own = Phong().exponent if exponent is None else exponent
     set_uniforms(
         program,
-        ("finishExponent", "twoSided"),
+        ("finishAlbedo", "finishExponent", "painted", "picture", "twoSided"),  # by the material's lobes
         finishAlbedo=finish.albedo or plain,
         finishExponent=own if finish.exponent is None else finish.exponent,
         painted=texels is not None,
         picture=SAMPLERS["picture"],
         twoSided=group.two_sided,
     )
+
+
+def look_of(scene: MeshScene, material: Material) -> tuple[Colour, float | None, Colour]:
+    """Albedo and exponent of what the file gives none, and the specular colour, of a picture in this material.
+
+    Where a file gives some triangles a colour, or an exponent, the others have the scene's own material.
+    """
+    albedo = parts(scene.material if scene.has_albedo else material).get("albedo", Diffuse().albedo)
+    exponent = parts(scene.material if scene.has_exponent else material).get("exponent")
+    glossy = next((lobe for lobe in material.lobes if isinstance(lobe, Phong)), None)
+    return albedo, exponent, glossy.specular if glossy else (0.0, 0.0, 0.0)
 
 
 def raster_tile(scene: MeshScene, camera: Camera, tile: tuple[int, int, int, int], whole: tuple[int, int]) -> Target:

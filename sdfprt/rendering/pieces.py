@@ -32,6 +32,8 @@ LIST = ("list",)
 MESH_VERTEX = ("pinhole", "mesh_vertex")
 GOURAUD_VERTEX = ("pinhole", "sh", "latlong", "shade", "gouraud_vertex")
 GOURAUD = ("gouraud",)
+TEXTURED_VERTEX = ("pinhole", "textured_vertex")
+TEXTURED = ("sh", "shade", "textured")
 MESH_DEPTH = ("mesh_depth",)
 MESH_SURFACE = ("mesh_surface",)
 BACKGROUND = ("camera", "latlong", "background")
@@ -150,11 +152,12 @@ def light_compute(net: TransferNet, variant: Variant) -> str:
     return "\n".join([VERSION, defines(net, variant), *tau, *weights, join(light_pieces(variant))])
 
 
-def gouraud_vertex(bands: int, variant: Variant) -> str:
-    """The vertex shader of vertex storage."""
-    tau = [] if variant.fixed_light else [tau_text(bands, variant.light_bands, variant.result_bands)]
+def lit_stage(pieces: tuple[str, ...], bands: int, variant: Variant) -> str:
+    """A stage of a table's program that joins light with transfer: GOURAUD_VERTEX or TEXTURED."""
+    exact = ["#define EXACT_LIGHT"] if variant.exact else []
+    tau = [] if variant.fixed_light or variant.exact else [tau_text(bands, variant.light_bands, variant.result_bands)]
     sizes = [f"#define {name} {value}" for name, value in _shading_sizes(bands, variant).items()]
-    return "\n".join([VERSION, *sizes, *tau, join(GOURAUD_VERTEX)])
+    return "\n".join([VERSION, *exact, *sizes, *tau, join(pieces)])
 
 
 def _shading_sizes(bands: int, variant: Variant) -> dict[str, int]:

@@ -23,13 +23,15 @@ from sdfprt.rendering.pieces import (
     MESH_VERTEX,
     SUNLIGHT,
     SURFACE,
+    TEXTURED,
+    TEXTURED_VERTEX,
     VERSION,
     Variant,
     defines,
     fixed_fragment,
-    gouraud_vertex,
     light_compute,
     light_pieces,
+    lit_stage,
     lobes_of,
     network_uniforms,
     piece,
@@ -128,9 +130,20 @@ class Programs:
 
         def compiled() -> moderngl.Program:
             with _placed(GOURAUD_VERTEX, "gouraud"):
-                return context().program(vertex_shader=gouraud_vertex(bands, variant), fragment_shader=fixed_fragment(GOURAUD))
+                vertices = lit_stage(GOURAUD_VERTEX, bands, variant)
+                return context().program(vertex_shader=vertices, fragment_shader=fixed_fragment(GOURAUD))
 
-        return self.mesh_programs.get((str(bands), str(variant)), compiled)
+        return self.mesh_programs.get(("gouraud", str(bands), str(variant)), compiled)
+
+    def textured_program(self, bands: int, variant: Variant) -> moderngl.Program:
+        """The program of texture storage."""
+
+        def compiled() -> moderngl.Program:
+            with _placed(TEXTURED, "textured"):
+                fragments = lit_stage(TEXTURED, bands, variant)
+                return context().program(vertex_shader=fixed_fragment(TEXTURED_VERTEX), fragment_shader=fragments)
+
+        return self.mesh_programs.get(("textured", str(bands), str(variant)), compiled)
 
     def choose_variant(self, net: TransferNet, shot: Shot) -> Variant:
         """The lighting program for this shot.

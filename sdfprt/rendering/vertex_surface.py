@@ -5,21 +5,21 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
 
-from sdfprt.core.opengl import context, in_render_thread, read
+from sdfprt.core.opengl import context, in_render_thread
 from sdfprt.imaging.shot import Frame, Shot
 from sdfprt.light.light import Light
 from sdfprt.material import shading
-from sdfprt.material.lobes import Diffuse, Phong, parts
-from sdfprt.mesh import rays
+from sdfprt.material.lobes import Diffuse
+from sdfprt.mesh.rays import Seen
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.rendering import mesh_surface
-from sdfprt.rendering.frame import checked, light_coefficients, tiles
+from sdfprt.rendering.forward import Tile, by_rays, drawn
+from sdfprt.rendering.frame import light_coefficients
 from sdfprt.rendering.mesh_surface import MeshBuffers
-from sdfprt.rendering.pieces import BACKGROUND, Variant, lobes_of
+from sdfprt.rendering.pieces import Variant, lobes_of
 from sdfprt.rendering.programs import programs
-from sdfprt.rendering.targets import environment_texture
-from sdfprt.rendering.uniforms import set_camera, set_light, set_uniforms
-from sdfprt.rendering.units import SAMPLERS, Unit
+from sdfprt.rendering.targets import Target
+from sdfprt.rendering.uniforms import set_light, set_uniforms
 from sdfprt.tables.vertex import VertexTable, rows
 
 _TABLE = 1  # binding of the table, as in gouraud_vertex.glsl
@@ -42,49 +42,25 @@ def draw(scene: MeshScene, table: VertexTable, light: Light, shot: Shot) -> Fram
     rows_there = gl.buffer(padded.tobytes())
     array = buffers.array(program, (back, "1i", "otherRow"))
     held: list = [array, back, rows_there, *set_light(program, variant, table.bands, coefficients)]
-    glossy = next((lobe for lobe in material.lobes if isinstance(lobe, Phong)), None)
-    # Where a file gives some parts a colour, the others have the scene's own material
-    albedo = parts(scene.material if scene.has_albedo else material).get("albedo", Diffuse().albedo)
-    exponent = parts(scene.material if scene.has_exponent else material).get("exponent")
-    set_uniforms(
-        program,
-        ("specular",),
-        channels=table.transfer.shape[1],
-        specular=glossy.specular if glossy else (0.0, 0.0, 0.0),
-    )
-    behind = programs().fixed_program(BACKGROUND) if shot.background else None
-    if behind is not None:
-        environment = environment_texture(gl, light)
-        held.append(environment)
-        set_uniforms(behind.program, toMap=light.rotation, environment=SAMPLERS["environment"])
-    pixels = np.zeros((shot.size[1], shot.size[0], 4), np.float32)
-    samples = shot.samples
+    albedo, exponent, specular = mesh_surface.look_of(scene, material)
+    set_uniforms(program, ("specular",), channels=table.transfer.shape[1], specular=specular)
+
+    def lit(target: Target, tile: Tile) -> None:
+        target.lit.use()
+        rows_there.bind_to_storage_buffer(_TABLE)
+        mesh_surface.place_camera(program, scene, shot.camera, tile, shot.fine)
+        with mesh_surface.rasterising("<"):
+            for group in buffers.groups:
+                mesh_surface.dress(program, scene, buffers, group, albedo, exponent)
+                for other in (False, True) if group.two_sided else (False,):
+                    set_uniforms(program, otherSide=other)
+                    array.render(moderngl.TRIANGLES, vertices=group.count, first=group.first)
+
     try:
-        for tile in tiles(shot.size, samples):
-            target = programs().target(tile[2:])
-            target.light.clear()
-            if behind is not None:
-                target.light.use()
-                environment.use(Unit.ENVIRONMENT)
-                set_camera(behind.program, shot.camera, (*tile[:2], *shot.fine))
-                behind.draw()
-            target.closed.clear(depth=1.0)
-            target.lit.use()
-            rows_there.bind_to_storage_buffer(_TABLE)
-            mesh_surface.place_camera(program, scene, shot.camera, tile, shot.fine)
-            with mesh_surface.rasterising("<"):
-                for group in buffers.groups:
-                    mesh_surface.dress(program, scene, buffers, group, albedo, exponent)
-                    for other in (False, True) if group.two_sided else (False,):
-                        set_uniforms(program, otherSide=other)
-                        array.render(moderngl.TRIANGLES, vertices=group.count, first=group.first)
-            x, y, width, height = (v // samples for v in tile)
-            fine = read(target.radiance).reshape(height, samples, width, samples, 4)
-            pixels[y : y + height, x : x + width] = fine.mean(axis=(1, 3)) if samples > 1 else fine[:, 0, :, 0]
+        pixels = drawn(scene, light, shot, lit)
     finally:
         for thing in held:
             thing.release()
-    checked(pixels, scene)
     return Frame(pixels[..., :3], pixels[..., 3], strength)
 
 
@@ -92,28 +68,24 @@ def draw_by_rays(scene: MeshScene, table: VertexTable, light: Light, shot: Shot)
     """The same picture by rays and numpy."""
     shot.refuse_beyond("vertex storage without OpenGL", "dering", "light_bands", "result_bands", "suns", "gloss")
     coefficients, strength = light_coefficients(light, shot, table.bands)
-    seen = rays.seen(scene, shot.camera, shot.size, shot.samples)
     back = rows(scene)[2]
-    flipped = (seen.normals * scene.interpolated(scene.normals, seen.faces, seen.weights)).sum(1) < 0
-    albedo = scene.albedo(seen.faces, seen.weights) if scene.has_albedo else None
-    values = np.zeros((len(seen.points), 3))
-    for first in range(0, len(values), _CHUNK):
-        part = slice(first, first + _CHUNK)
-        corners = scene.faces[seen.faces[part]]
-        shares = np.column_stack([1 - seen.weights[part].sum(1), seen.weights[part]])
-        exponent = scene.exponent(seen.faces[part]) if scene.has_exponent else None
-        for k in range(3):
-            lit = _lit(scene, table, corners[:, k], flipped[part], back, coefficients, shot, exponent)
-            own = np.ones(3) if albedo is None else albedo[part]
-            values[part] += shares[:, k : k + 1] * (own * lit[0] + lit[1])
-    values[seen.dark] = 0
-    fine = np.zeros((*seen.mask.shape, 4), np.float32)
-    fine[seen.mask] = np.column_stack([values, np.ones(len(values))])
-    if shot.background:
-        directions = shot.camera.rays(shot.size, shot.samples)[1]
-        fine[~seen.mask, :3] = light.radiance(directions[~seen.mask])
-    cells = (shot.size[1], shot.samples, shot.size[0], shot.samples, 4)
-    pixels = checked(fine.reshape(cells).mean(axis=(1, 3)), scene)
+
+    def lit(seen: Seen) -> ndarray:
+        flipped = (seen.normals * scene.interpolated(scene.normals, seen.faces, seen.weights)).sum(1) < 0
+        albedo = scene.albedo(seen.faces, seen.weights) if scene.has_albedo else None
+        values = np.zeros((len(seen.points), 3))
+        for first in range(0, len(values), _CHUNK):
+            part = slice(first, first + _CHUNK)
+            corners = scene.faces[seen.faces[part]]
+            shares = np.column_stack([1 - seen.weights[part].sum(1), seen.weights[part]])
+            exponent = scene.exponent(seen.faces[part]) if scene.has_exponent else None
+            for k in range(3):
+                lit = _lit(scene, table, corners[:, k], flipped[part], back, coefficients, shot, exponent)
+                own = np.ones(3) if albedo is None else albedo[part]
+                values[part] += shares[:, k : k + 1] * (own * lit[0] + lit[1])
+        return values
+
+    pixels = by_rays(scene, light, shot, lit)
     return Frame(pixels[..., :3], pixels[..., 3], strength)
 
 

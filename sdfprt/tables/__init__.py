@@ -1,1 +1,1 @@
-"""What holds transfer beside a network: tables, a row a vertex."""
+"""What holds transfer beside a network: tables, a row a vertex or a texel."""

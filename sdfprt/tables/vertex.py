@@ -6,7 +6,6 @@ the albedo of what light met on its way is inside, that of the vertex itself is 
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,12 +13,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
-from safetensors import SafetensorError, safe_open
-from safetensors.numpy import save_file
 
 from sdfprt.core.errors import SdfprtError
-from sdfprt.core.files import atomic_write
 from sdfprt.mesh.scene import MeshScene
+from sdfprt.tables import stored
 
 FORMAT = "sdfprt-vertex-1"
 
@@ -47,45 +44,25 @@ class VertexTable:
 
     def save(self, path: str | Path) -> None:
         """Write a safetensors file, whole or not at all."""
-        about = {
-            "format": FORMAT,
-            "scene_hash": self.scene_hash,
-            "bounces": self.bounces,
-            "shadowed": self.shadowed,
-            "info": self.info,
-        }
-        with atomic_write(Path(path)) as temporary:
-            save_file({"transfer": np.ascontiguousarray(self.transfer)}, str(temporary), {"sdfprt": json.dumps(about)})
+        about = {"scene_hash": self.scene_hash, "bounces": self.bounces, "shadowed": self.shadowed, "info": self.info}
+        stored.save(path, FORMAT, {"transfer": self.transfer}, about)
 
     @classmethod
     def load(cls, path: str | Path, scene: MeshScene | None = None) -> VertexTable:
         """Read a file of `save`; with `scene`, check that it belongs to it. Raises SdfprtError for any other file."""
-        try:
-            with safe_open(str(path), "numpy") as file:
-                about = json.loads((file.metadata() or {}).get("sdfprt", "{}"))
-                if about.get("format") != FORMAT:
-                    raise ValueError("it holds no transfer of vertices")
-                transfer = file.get_tensor("transfer")
+
+        def made(tensors: dict[str, ndarray], about: dict[str, Any]) -> VertexTable:
+            transfer = tensors["transfer"]
             good = transfer.ndim == 3 and transfer.dtype == np.float32 and np.isfinite(transfer).all()
             if not good or transfer.shape[1] not in (1, 3) or round(transfer.shape[2] ** 0.5) ** 2 != transfer.shape[2]:
                 raise ValueError(f"a tensor of {transfer.dtype} and shape {transfer.shape} is none of transfer")
-            found = cls(
-                transfer, str(about["scene_hash"]), int(about["bounces"]), bool(about["shadowed"]), dict(about["info"]), str(path)
-            )
-        except (OSError, ValueError, KeyError, TypeError, AttributeError, SafetensorError) as error:
-            raise SdfprtError(f"{path}: not an asset of vertex storage ({str(error).splitlines()[0][:120]})") from None
+            known = str(about["scene_hash"]), int(about["bounces"]), bool(about["shadowed"]), dict(about["info"])
+            return cls(transfer, *known, str(path))
+
+        found = stored.load(path, FORMAT, "vertex storage", made)
         if scene is not None:
             found.check(scene)
         return found
-
-
-def is_table(path: str | Path) -> bool:
-    """Whether a file says that it holds transfer of vertices."""
-    try:
-        with safe_open(str(path), "numpy") as file:
-            return FORMAT in (file.metadata() or {}).get("sdfprt", "")
-    except (OSError, SafetensorError):
-        return False
 
 
 def rows(scene: MeshScene) -> tuple[Float[ndarray, "r 3"], Float[ndarray, "r 3"], Int[ndarray, "v"]]:

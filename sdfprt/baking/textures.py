@@ -1,0 +1,163 @@
+"""The bake of texture storage: an atlas, the place of each texel, transfer there, and what lies between the charts."""
+
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray
+from scipy.ndimage import distance_transform_edt
+
+from sdfprt.baking import stages
+from sdfprt.baking.asset import cached_path
+from sdfprt.baking.stages import Part
+from sdfprt.core import settings
+from sdfprt.core.cache import WORK, cache_folder, regular_file
+from sdfprt.core.errors import SdfprtError
+from sdfprt.core.limits import check_memory
+from sdfprt.mesh.rays import shading_normals
+from sdfprt.mesh.scene import MeshScene
+from sdfprt.mesh.unwrap import Atlas, Raster, crowded, raster, unwrap
+from sdfprt.sdf.kinds import AnyScene
+from sdfprt.tables.texture import TextureTable
+from sdfprt.transfer.compute import unshadowed
+
+TEXELS = (16, 16_384)  # lowest and highest along a side of a texture
+
+
+def bake_textures(
+    scene: AnyScene,
+    bands: int = settings.Texture.bands,
+    rays: int | None = None,
+    seed: int = 0,
+    resolution: int = settings.Texture.resolution,
+    sets: str = settings.Texture.sets,
+    shadowed: bool = True,
+    fresh: bool = False,
+) -> TextureTable:
+    """Transfer in textures of `resolution` texels squared, from the cache or made now, resuming what an earlier call left.
+
+    `sets` are those of mesh.unwrap. `rays` a texel default to settings.Texture, fewer for many texels. Raises SdfprtError for an
+    SDF, for a mesh that cannot be unwrapped, and for more textures than an array or the memory holds.
+    """
+    if not isinstance(scene, MeshScene):
+        raise SdfprtError(f"{scene.file}: texture storage needs a mesh; an SDF has no texture coordinates: use network storage")
+    uvs = [] if scene.uvs is None else [stages.digest(scene.uvs.astype(float).tolist())]
+    parts = [stages.digest(scene.objects.tolist())] if sets != "one" else []
+    own = [asdict(settings.Texture()), asdict(settings.Mesh()), resolution, sets, *uvs, *parts]
+    key = stages.digest("texture", bands, rays, seed, shadowed, *own)
+    path = cached_path(scene, 0, key)
+    if not fresh and regular_file(path):
+        try:
+            return TextureTable.load(path, scene)
+        except SdfprtError:
+            pass  # damaged: made again
+
+    # The atlas and its texels
+    work = cache_folder() / WORK
+    atlas = _atlas(scene, resolution, sets, work / f"surface-{stages.digest(scene.hash, *own)}.npz")
+    layers = _layers(scene, atlas)
+    count = int(layers.max()) + 1
+    if (needed := count * -(-(bands**2) // 4)) > settings.Texture.layers:
+        raise SdfprtError(
+            f"{scene.file}: {atlas.sheets} sets of textures need {needed} layers with {bands} bands, and an array has "
+            f"{settings.Texture.layers}; use --sets one"
+        )
+    check_memory(f"a bake of {count} textures of {resolution} x {resolution} texels", resolution**2 * (count * 6.0 * bands**2 + 64))
+    sheets = [raster(scene, atlas, each, resolution) for each in range(atlas.sheets)]
+
+    # Transfer of the texels of all layers, one after the other
+    texels = [(sheet, front, _texels(scene, found, front)) for sheet, found in enumerate(sheets) for front in (True, False)]
+    points, normals = (np.concatenate(each) for each in zip(*(_places(scene, sheets[s], f, t) for s, f, t in texels), strict=True))
+    budget = settings.Texture
+    rays = rays or int(np.clip(budget.budget // max(len(points), 1), budget.least, budget.rays))
+    if shadowed:
+        folder = work / f"transfer-{stages.digest(scene.hash, key, rays)}"
+        drawn = {"points": points, "normals": normals}
+        transfer = stages.samples(scene, drawn, Part(0, len(points), rays, False), folder, bands, seed)[2]
+    else:
+        transfer = unshadowed(normals, bands)
+    transfer = transfer.astype(np.float16)
+
+    # Layers, each texel without a triangle as the nearest that has one
+    whole = np.zeros((count, resolution, resolution, bands**2), np.float16)
+    first = 0
+    for sheet, front, at in texels:
+        if len(at):
+            whole[layers[sheet, 0 if front else 1]] = _spread(transfer[first : first + len(at)], at, resolution)
+            first += len(at)
+    info = {
+        "rays": rays,
+        "texels": len(points),
+        "resolution": resolution,
+        "sets": atlas.sheets,
+        "unwrapped": not atlas.own,
+        "overlap": round(max(each.overlap for each in sheets), 6),
+        "notes": list(atlas.notes),
+    }
+    levels = _levels(sheets, resolution)
+    table = TextureTable(whole, layers, atlas.uvs, atlas.sheet, scene.hash, levels, shadowed, info, str(path))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    table.save(path)
+    return table
+
+
+def _atlas(scene: MeshScene, resolution: int, sets: str, path: Path) -> Atlas:
+    """From the cache or made now: a bake that goes on must find the same, whatever xatlas does in another run."""
+    count, notes = len(scene.faces), []
+
+    def make() -> stages.Arrays:
+        made = unwrap(scene, resolution, sets)
+        notes.extend(made.notes)
+        flat = made.uvs.reshape(count, 6)
+        return {"uvs": flat, "sheet": made.sheet[:, None].astype(np.float32), "own": np.array([[made.own]], np.float32)}
+
+    found = stages.cached(path, {"uvs": (count, 6), "sheet": (count, 1), "own": (1, 1)}, make)
+    uvs, sheet = found["uvs"].reshape(count, 3, 2), found["sheet"][:, 0].astype(np.int32)
+    return Atlas(uvs, sheet, bool(found["own"][0, 0]), tuple(notes))
+
+
+def _layers(scene: MeshScene, atlas: Atlas) -> Int[ndarray, "s 2"]:
+    """Of each sheet the layers of its front and of its back, -1 where no triangle has two sides."""
+    twice = np.bincount(atlas.sheet, scene.two_sided, atlas.sheets) > 0
+    fronts = np.cumsum(1 + twice) - 1 - twice
+    return np.stack([fronts, np.where(twice, fronts + 1, -1)], 1).astype(np.int32)
+
+
+def _texels(scene: MeshScene, found: Raster, front: bool) -> Int[ndarray, "t"]:
+    """Numbers of the texels in row-major order that have a triangle; for the back one with two sides."""
+    flat = found.faces.ravel()
+    return np.flatnonzero((flat >= 0) & (front | scene.two_sided[flat]))
+
+
+def _places(
+    scene: MeshScene, found: Raster, front: bool, texels: Int[ndarray, "t"]
+) -> tuple[Float[ndarray, "t 3"], Float[ndarray, "t 3"]]:
+    """Points and shading normals of texels."""
+    faces, weights = found.faces.ravel()[texels], found.weights.reshape(-1, 2)[texels]
+    points = scene.interpolated(scene.vertices, faces, weights).astype(np.float32)
+    return points, shading_normals(scene, faces, weights, np.full(len(faces), front))
+
+
+def _spread(values: Float[ndarray, "t k"], texels: Int[ndarray, "t"], resolution: int) -> Float[ndarray, "h w k"]:
+    """A whole layer from the values of some of its texels: the others have that of the nearest."""
+    row = np.full(resolution * resolution, -1, np.int64)
+    row[texels] = np.arange(len(texels))
+    row = row.reshape(resolution, resolution)
+    nearest = np.asarray(distance_transform_edt(row < 0, return_distances=False, return_indices=True))
+    return values[row[nearest[0], nearest[1]]]
+
+
+def _levels(sheets: list[Raster], resolution: int) -> int:
+    """Mip-maps above the first whose texels, and the bilinear reads of them, stay within one chart."""
+    levels, maps = 0, [each.charts for each in sheets]
+    while resolution % 2 == 0 and resolution > 2:
+        resolution //= 2
+        blocks = [each.reshape(resolution, 2, resolution, 2) for each in maps]
+        maps = [each.max((1, 3)) for each in blocks]
+        least = [np.where(each < 0, np.iinfo(np.int32).max, each).min((1, 3)) for each in blocks]
+        mixed = any(((low < high) & (high >= 0)).any() for low, high in zip(least, maps, strict=True))
+        if mixed or any(crowded(each).any() for each in maps):
+            break
+        levels += 1
+    return levels

@@ -1,0 +1,68 @@
+"""Pictures of tables: triangles are lit as they are drawn, in one pass over a tile; or, without OpenGL, by rays and numpy."""
+
+from collections.abc import Callable
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
+
+from sdfprt.core.opengl import context, read
+from sdfprt.imaging.shot import Shot
+from sdfprt.light.light import Light
+from sdfprt.mesh import rays
+from sdfprt.mesh.scene import MeshScene
+from sdfprt.rendering.frame import checked, tiles
+from sdfprt.rendering.pieces import BACKGROUND
+from sdfprt.rendering.programs import programs
+from sdfprt.rendering.targets import Target, environment_texture
+from sdfprt.rendering.uniforms import set_camera, set_uniforms
+from sdfprt.rendering.units import SAMPLERS, Unit
+
+Tile = tuple[int, int, int, int]
+
+
+def drawn(scene: MeshScene, light: Light, shot: Shot, lit: Callable[[Target, Tile], None]) -> Float[ndarray, "h w 4"]:
+    """The picture's radiance and alpha; `lit` draws one tile of samples to its target, whose depths are cleared.
+
+    For functions that are `in_render_thread`. Raises SdfprtError where the picture is not finite.
+    """
+    behind = programs().fixed_program(BACKGROUND) if shot.background else None
+    environment = environment_texture(context(), light) if shot.background else None
+    if behind is not None:
+        set_uniforms(behind.program, toMap=light.rotation, environment=SAMPLERS["environment"])
+    pixels = np.zeros((shot.size[1], shot.size[0], 4), np.float32)
+    samples = shot.samples
+    try:
+        for tile in tiles(shot.size, samples):
+            target = programs().target(tile[2:])
+            target.light.clear()
+            if behind is not None and environment is not None:
+                target.light.use()
+                environment.use(Unit.ENVIRONMENT)
+                set_camera(behind.program, shot.camera, (*tile[:2], *shot.fine))
+                behind.draw()
+            target.closed.clear(depth=1.0)
+            lit(target, tile)
+            x, y, width, height = (v // samples for v in tile)
+            fine = read(target.radiance).reshape(height, samples, width, samples, 4)
+            pixels[y : y + height, x : x + width] = fine.mean(axis=(1, 3)) if samples > 1 else fine[:, 0, :, 0]
+    finally:
+        if environment is not None:
+            environment.release()
+    return checked(pixels, scene)
+
+
+def by_rays(
+    scene: MeshScene, light: Light, shot: Shot, lit: Callable[[rays.Seen], Float[ndarray, "n 3"]]
+) -> Float[ndarray, "h w 4"]:
+    """The same where `lit` gives the radiance of what the camera's rays meet."""
+    seen = rays.seen(scene, shot.camera, shot.size, shot.samples)
+    values = lit(seen)
+    values[seen.dark] = 0
+    fine = np.zeros((*seen.mask.shape, 4), np.float32)
+    fine[seen.mask] = np.column_stack([values, np.ones(len(values))])
+    if shot.background:
+        directions = shot.camera.rays(shot.size, shot.samples)[1]
+        fine[~seen.mask, :3] = light.radiance(directions[~seen.mask])
+    cells = (shot.size[1], shot.samples, shot.size[0], shot.samples, 4)
+    return checked(fine.reshape(cells).mean(axis=(1, 3)), scene)

@@ -1,0 +1,232 @@
+"""Texture storage: atlas and texels, exact transfer across seams, shader against numpy, TP against TPFL, files and refusals."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from soups import ball, scene, square
+
+from sdfprt.baking.sdf import bake
+from sdfprt.baking.textures import bake_textures
+from sdfprt.core.errors import SdfprtError
+from sdfprt.imaging.camera import Camera
+from sdfprt.light.light import Light
+from sdfprt.material.lobes import Diffuse, DiffusePhong, Phong
+from sdfprt.maths import sh
+from sdfprt.mesh import rays as mesh_rays
+from sdfprt.mesh.loading import scene_of
+from sdfprt.mesh.parts import Content, Finish, Part
+from sdfprt.mesh.scene import MeshScene
+from sdfprt.mesh.unwrap import Atlas, charts, crowded, raster, unwrap
+from sdfprt.rendering.backends import frame
+from sdfprt.rendering.texture_surface import looked_up
+from sdfprt.sdf.scene import Scene
+from sdfprt.tables.texture import TextureTable
+from sdfprt.transfer.compute import compute_transfer, unshadowed
+
+STUDIO = Light.load("studio")
+
+
+def with_uvs(mesh: trimesh.Trimesh, uvs: np.ndarray, **given: object) -> MeshScene:
+    part = Part(np.asarray(mesh.vertices, float), np.asarray(mesh.faces), uvs=np.asarray(uvs, float), name="part")
+    return scene_of(Content([part]), "soup", name="soup", file="soup", **given)
+
+
+def flat_uvs(mesh: trimesh.Trimesh, low: float = 0.1, high: float = 0.9) -> np.ndarray:
+    """Of a horizontal square, its own two sides."""
+    places = mesh.vertices[:, [0, 2]]
+    share = (places - places.min(0)) / np.ptp(places, axis=0)
+    return low + (high - low) * share
+
+
+def test_every_texel_that_a_triangle_meets_has_the_nearest_place_of_it() -> None:
+    """Against points spread over the triangles, and places that interpolation gives back."""
+    made = scene(ball(0.5, level=2), square(1.0, -0.6, 2))
+    atlas = unwrap(made, 64, "one")
+    found = raster(made, atlas, 0, 64)
+    random = np.random.default_rng(0)
+    faces = random.integers(0, len(made.faces), 20_000)
+    weights = np.sort(random.uniform(size=(len(faces), 2)), axis=1)
+    shares = np.column_stack([weights[:, 0], weights[:, 1] - weights[:, 0], 1 - weights[:, 1]])
+    at = np.minimum((atlas.uvs[faces] * shares[..., None]).sum(1) * 64, 63.999).astype(int)
+    assert (found.faces[at[:, 1], at[:, 0]] >= 0).all()
+    y, x = np.nonzero(found.faces >= 0)
+    within, owner = found.weights[y, x], found.faces[y, x]
+    place = (atlas.uvs[owner] * np.column_stack([1 - within.sum(1), within])[..., None]).sum(1) * 64
+    away = np.linalg.norm(place - np.stack([x, y], 1) - 0.5, axis=1)
+    assert (away < 0.5**0.5 + 0.02).all() and (away < 1e-3).mean() > 0.6 and found.overlap == 0
+
+
+def test_charts_of_xatlas_keep_apart() -> None:
+    made = scene(ball(0.5, level=2), square(1.0, -0.6, 2))
+    atlas = unwrap(made, 128, "one")
+    assert not atlas.own and "no texture coordinates" in atlas.notes[0]
+    assert len(np.unique(charts(made, atlas))) > 2
+    assert not crowded(raster(made, atlas, 0, 128).charts).any()
+
+
+def test_a_file_s_own_coordinates_are_taken_where_they_serve() -> None:
+    floor = square(1.0, 0.0, 3)
+    made = with_uvs(floor, flat_uvs(floor))
+    atlas = unwrap(made, 64, "auto")
+    assert atlas.own and not atlas.notes
+    assert made.uvs is not None
+    np.testing.assert_allclose(atlas.uvs, made.uvs[made.faces], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [
+        (lambda uvs: uvs * 3 - 1, r"leave \[0, 1\]"),
+        (lambda uvs: np.zeros_like(uvs), "have no area"),
+        (lambda uvs: np.abs(uvs - 0.5), "lie in several triangles"),
+        (lambda uvs: 0.5 + 0.1 * (uvs - 0.5), "they use 0"),
+    ],
+)
+def test_coordinates_that_do_not_serve_are_said_and_replaced(fault: object, said: str) -> None:
+    floor = square(1.0, 0.0, 4)
+    atlas = unwrap(with_uvs(floor, fault(flat_uvs(floor))), 64, "auto")  # type: ignore[operator]
+    assert not atlas.own
+    with pytest.raises(AssertionError, match=said):
+        raise AssertionError(atlas.notes[0])
+
+
+def test_overlap_is_the_share_of_texels_in_several_triangles() -> None:
+    """Half of the square lies on the other half: texels are in two triangles but for those on an edge."""
+    floor = square(1.0, 0.0, 2)
+    uvs = flat_uvs(floor, 0.0, 1.0)
+    folded = np.column_stack([np.where(uvs[:, 0] > 0.5, 1 - uvs[:, 0], uvs[:, 0]), uvs[:, 1]])
+    made = with_uvs(floor, folded)
+    assert made.uvs is not None
+    atlas = Atlas(made.uvs[made.faces].astype(np.float32), np.zeros(len(made.faces), np.int32))
+    assert raster(made, atlas, 0, 64).overlap > 0.9
+
+
+def test_objects_with_coordinates_of_their_own_get_a_texture_each() -> None:
+    parts = []
+    for k in range(2):
+        floor = square(1.0, 0.5 * k, 1)
+        parts.append(Part(np.asarray(floor.vertices, float), np.asarray(floor.faces), uvs=flat_uvs(floor), name=f"part {k}"))
+    made = scene_of(Content(parts), "soup", name="soup", file="soup")
+    assert unwrap(made, 64, "auto").sheets == 2 and unwrap(made, 64, "auto").own
+    assert unwrap(made, 64, "one").sheets == 1 and not unwrap(made, 64, "one").own
+    table = bake(made, storage="texture", resolution=32, rays=16)
+    assert table.transfer.shape == (4, 32, 32, 25)  # two sheets, two sides each
+    low = frame(made, table, STUDIO, size=(16, 16), camera=Camera(eye=(0, -3, 0.01), target=(0, 0, 0)))
+    assert low.alpha.mean() > 0.1 and low.rgb.max() > 0
+
+
+def test_no_seam_shows_over_a_closed_smooth_surface() -> None:
+    """Along the borders of charts, near and from afar, the picture is that of exact transfer."""
+    made = scene(ball(1.0, level=4))
+    table = bake(made, storage="texture", resolution=128, bands=4)
+    light = STUDIO.band_limited(4, height=32)
+    chart = charts(made, Atlas(table.uvs, table.sheet))
+    for distance in (3.2, 12.0):
+        camera = Camera(eye=(distance * 0.6, distance * 0.5, distance * 0.62), target=(0, 0, 0))
+        drawn = frame(made, table, light, Diffuse((1, 1, 1)), camera, (96, 96), gloss="sh", suns="off")
+        seen = mesh_rays.seen(made, camera, (96, 96))
+        exact = unshadowed(seen.normals, 4) @ light.sh(4) / np.pi
+        near = np.full((98, 98), -1)
+        near[1:-1, 1:-1][seen.mask] = chart[seen.faces]
+        border = np.zeros((96, 96), bool)
+        for dy in range(3):
+            for dx in range(3):
+                other = near[dy : dy + 96, dx : dx + 96]
+                border |= (other != near[1:-1, 1:-1]) & (other >= 0)
+        along = (border & (drawn.alpha > 0))[seen.mask]
+        away = np.abs(drawn.rgb[seen.mask] - np.maximum(exact, 0)).max(1)
+        assert along.sum() > 20 and np.quantile(away[along], 0.999) < 0.01 * exact.max()
+
+
+def test_a_floor_of_two_triangles_shows_the_shadow_that_stands_on_it() -> None:
+    made = scene(square(1.0, 0.0, 1), ball(0.3, (0, 0.35, 0), 3))
+    table = bake(made, storage="texture", resolution=256, rays=256, bands=4)
+    random = np.random.default_rng(1)
+    faces = np.flatnonzero(made.two_sided)[random.integers(0, 2, 300)]
+    weights = np.sort(random.uniform(0.02, 0.98, (300, 2)), axis=1)
+    weights = np.column_stack([weights[:, 0], weights[:, 1] - weights[:, 0]]).astype(np.float32)
+    up = made.interpolated(made.normals, faces, weights)[:, 1] > 0
+    normals = np.tile(np.array([0, 1, 0], np.float32), (300, 1))
+    points = made.interpolated(made.vertices, faces, weights).astype(np.float32)
+    exact, noisy = compute_transfer(made, points, normals, 4, 4096), compute_transfer(made, points, normals, 4, 256)
+    found = looked_up(table, faces, weights, up)
+    assert exact[:, 0].min() < 0.6 * exact[:, 0].max()
+    away, noise = (np.sqrt(((values - exact) ** 2).mean()) for values in (found, noisy))
+    assert away < 1.2 * noise  # texels are as good as their rays are
+
+
+@pytest.mark.parametrize("material", [Diffuse((0.7, 0.5, 0.3)), Phong(9.0), DiffusePhong((0.5, 0.4, 0.3), 40.0, (0.3, 0.2, 0.1))])
+def test_shader_and_numpy_and_both_products_draw_one_picture(material: Diffuse | Phong | DiffusePhong) -> None:
+    made = scene(ball(0.6, (0, 0.1, 0), 3), square(1.5, -0.5, 1), finishes=(Finish("a", (0.8, 0.2, 0.2), None, 12.0), Finish()))
+    table = replace(bake(made, storage="texture", resolution=64, rays=32), levels=0)
+    for gloss, suns in (("sh", "off"), ("exact", 4)):
+        drawn, by_rays = (
+            frame(made, table, STUDIO, material, size=(40, 40), gloss=gloss, suns=suns, backend=name) for name in ("glsl", "warp")
+        )
+        both = (drawn.alpha > 0) & (by_rays.alpha > 0)
+        away = np.abs(drawn.rgb - by_rays.rgb)[both].max(1)
+        assert both.mean() > 0.15 and np.median(away) < 2e-4 and (away < 3e-3).mean() > 0.98  # samples on edges go either way
+    papers = frame(made, table, STUDIO, material, size=(40, 40), gloss="sh", suns="off")
+    product = frame(made, table, STUDIO, material, size=(40, 40), gloss="sh", suns="off", product="tp")
+    assert np.abs(product.rgb - papers.rgb).max() < 1e-4
+
+
+def test_unshadowed_transfer_is_the_clamped_cosine() -> None:
+    made = scene(ball(0.5, level=3))
+    table = bake(made, storage="texture", resolution=64, shadowed=False)
+    faces = np.arange(len(made.faces))
+    weights = np.full((len(faces), 2), 1 / 3, np.float32)
+    normals = mesh_rays.shading_normals(made, faces, weights, np.ones(len(faces), bool))
+    exact = unshadowed(normals, 5)
+    assert np.abs(looked_up(table, faces, weights, np.ones(len(faces), bool)) - exact).max() < 0.03
+    assert table.bands == 5 and sh.band_of(5).max() == 4
+
+
+def test_a_bake_that_was_stopped_goes_on_and_ends_in_the_same_textures(monkeypatch: pytest.MonkeyPatch) -> None:
+    from sdfprt.baking import stages
+
+    made, count = scene(ball(0.7, level=2)), []
+    trace = stages.workers.transfer
+    monkeypatch.setattr(stages, "CHUNK", 1000)
+    monkeypatch.setattr(stages.workers, "transfer", lambda *given: (count.append(1), trace(*given))[1])
+    whole = bake_textures(made, bands=2, rays=8, resolution=64)
+    first = len(count)
+    again = bake_textures(made, bands=2, rays=8, resolution=64, fresh=True)
+    assert first > 1 and len(count) == first  # each chunk was there
+    np.testing.assert_array_equal(whole.transfer, again.transfer)
+
+
+def test_files_come_back_and_faults_are_one_line(tmp_path: Path) -> None:
+    made = scene(ball(0.5, level=2))
+    table = bake(made, storage="texture", resolution=32, rays=16)
+    assert table.transfer.dtype == np.float16
+    table.save(tmp_path / "t.safetensors")
+    again = TextureTable.load(tmp_path / "t.safetensors", made)
+    np.testing.assert_array_equal(again.transfer, table.transfer)
+    assert again.digest == table.digest
+    with pytest.raises(SdfprtError, match="baked for another mesh"):
+        TextureTable.load(tmp_path / "t.safetensors", scene(ball(0.6, level=2)))
+    (tmp_path / "cut.safetensors").write_bytes((tmp_path / "t.safetensors").read_bytes()[:-100])
+    with pytest.raises(SdfprtError, match="not an asset of texture storage"):
+        TextureTable.load(tmp_path / "cut.safetensors")
+    replace(table, layers=table.layers + 9).save(tmp_path / "far.safetensors")
+    with pytest.raises(SdfprtError, match="leaves its textures"):
+        TextureTable.load(tmp_path / "far.safetensors")
+
+
+def test_what_textures_cannot_do_is_refused() -> None:
+    made = scene(ball(0.5, level=2))
+    with pytest.raises(SdfprtError, match="texture storage needs a mesh"):
+        bake(Scene(glsl="float sdf(vec3 p) { return length(p) - 0.5; }"), storage="texture")
+    with pytest.raises(SdfprtError, match="sets many"):
+        bake(made, storage="texture", sets="many", resolution=32)
+    with pytest.raises(SdfprtError, match="resolution"):
+        bake(made, storage="texture", resolution=0)
+    with pytest.raises(SdfprtError, match="textures hold direct light"):
+        bake(made, storage="texture", bounces=1)
+    many = scene(*(square(0.1, 0.1 * k, 1) for k in range(100)))
+    with pytest.raises(SdfprtError, match="use --sets one"):
+        bake(many, storage="texture", sets="object", resolution=16, bands=8)

@@ -82,11 +82,11 @@ def stored(path: Path, shapes: dict[str, tuple[int, int]]) -> Arrays | None:
 
 
 def surface(scene: AnyScene, path: Path, count: int, held: int, seed: int, resolution: int) -> Arrays:
-    """`points` and `normals` of samples of the surface; the last `held`, for validation, are vertices where it is a mesh."""
+    """`points` and `normals` of samples of the surface; the last `held` are for validation, of a mesh its vertices."""
 
     def make() -> Arrays:
         if isinstance(scene, MeshScene):
-            pairs = mesh_samples.sample(scene, count - held, seed), mesh_samples.sample_vertices(scene, held, seed)
+            pairs = mesh_samples.sample(scene, count - held, seed), mesh_samples.sample_held_out(scene, held, seed + 1)
             points, normals = (np.concatenate(each) for each in zip(*pairs, strict=True))
             return {"points": points, "normals": normals}
         drawn = sample_surface(scene, count, seed=seed, resolution=resolution)

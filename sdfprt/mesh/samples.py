@@ -31,10 +31,12 @@ def sample(scene: MeshScene, n: int, seed: int = 0) -> tuple[Float[ndarray, "n 3
     return scene.interpolated(scene.vertices, faces, weights).astype(np.float32), shading_normals(scene, faces, weights, front)
 
 
-def sample_vertices(scene: MeshScene, n: int, seed: int = 0) -> tuple[Float[ndarray, "n 3"], Float[ndarray, "n 3"]]:
-    """`n` vertices, chosen evenly where there are more, again and again where there are fewer; those with two sides on either."""
-    random = np.random.default_rng(seed)
+def sample_held_out(scene: MeshScene, n: int, seed: int = 0) -> tuple[Float[ndarray, "n 3"], Float[ndarray, "n 3"]]:
+    """`n` vertices, those with two sides on either; points by area where the mesh has fewer, since its vertices lie on creases."""
     count = len(scene.vertices)
-    chosen = np.concatenate([random.permutation(count) for _ in range(-(-n // count))])[:n]
+    if count < n:
+        return sample(scene, n, seed)
+    random = np.random.default_rng(seed)
+    chosen = random.permutation(count)[:n]
     back = scene.doubled[chosen] & (random.uniform(size=n) < 0.5)
     return scene.vertices[chosen], np.where(back[:, None], -scene.normals[chosen], scene.normals[chosen])

@@ -185,9 +185,10 @@ def test_unshadowed_transfer_is_the_clamped_cosine() -> None:
     assert table.bands == 5 and sh.band_of(5).max() == 4
 
 
-def test_a_bake_that_was_stopped_goes_on_and_ends_in_the_same_textures(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bake_that_was_stopped_goes_on_and_ends_in_the_same_textures(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     from sdfprt.baking import stages
 
+    monkeypatch.setenv("SDFPRT_CACHE", str(tmp_path))
     made, count = scene(ball(0.7, level=2)), []
     trace = stages.workers.transfer
     monkeypatch.setattr(stages, "CHUNK", 1000)

@@ -26,7 +26,6 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -193,7 +192,6 @@ def inventory() -> Iterator[bench.Row]:
     yield say("Warp", warp_build)
     yield say("OpenGL", opengl)
     yield say("OpenGL to torch", interop)
-    yield say("Triton", lambda: version("triton"))
 
 
 def kernels() -> Iterator[bench.Row]:

@@ -38,9 +38,5 @@ if [ "$have" != "$want" ] && ! { [ -z "$extras" ] && [[ $have == "$state ["* ]];
     echo "setup: installing into .venv (a few minutes the first time)"
     .venv/bin/pip install -q --disable-pip-version-check "$torch"
     .venv/bin/pip install -q --disable-pip-version-check -e ".${extras:+[$extras]}"
-    if [[ $extras == *test* ]]; then
-        # In a folder of its own: beside Mesa's driver in one process, Triton's copy of LLVM crashes
-        .venv/bin/pip install -q --disable-pip-version-check --no-deps --upgrade --target .venv/triton "triton>=3.5"
-    fi
     echo "$want" >"$stamp"
 fi

@@ -54,7 +54,7 @@ def forward(
     """Transfer over `scale` from normalised positions and unit normals, by numpy or torch: the one home of the forward pass.
 
     Twins, held to this one by tests: shaders/rendering/network.glsl and `constant_network` of rendering/pieces.py (for a GPU, and
-    with the weights as constants), kernels/network/gradient.h (with its derivative) and network/fused.py (16-bit, for CUDA).
+    with the weights as constants), and kernels/network/gradient.h (with its derivative).
     """
     return activate(layers, encode(x, normals, position_frequencies, normal_frequencies))
 

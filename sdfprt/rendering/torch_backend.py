@@ -5,7 +5,6 @@ stay in cache. What a camera sees comes from the OpenGL surface pass (`torch`) o
 Shading is sdfprt.shading, the same as everywhere, on the tensors: what leaves the device is the picture.
 """
 
-from collections import OrderedDict
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -24,7 +23,6 @@ from sdfprt.light.prepared import PreparedLight
 from sdfprt.light.suns import NO_SUNS, Suns
 from sdfprt.material import shading
 from sdfprt.material.lobes import parts
-from sdfprt.network import fused
 from sdfprt.network.mlp import TransferNet, activate, encode
 from sdfprt.rendering.frame import checked, prepared, tiles, trace_suns, trace_tile
 from sdfprt.rendering.traced import sun_planes, trace_planes
@@ -39,10 +37,7 @@ _ROWS = 2**16  # points at once, on a GPU
 
 @dataclass(frozen=True)
 class Seen:
-    """Samples of one tile, a row each; `mask` (H, W) tells which hit; colours where the scene gives them.
-
-    `packed`: hits only. Else every sample has a row and `hit` is 1 or 0, so that a GPU need not tell the host how many hit.
-    """
+    """Samples of one tile that hit, a row each; `mask` (H, W) tells which; colours where the scene gives them."""
 
     tile: tuple[int, int, int, int]  # x, y, width, height in samples
     mask: Bool[torch.Tensor, "h w"]
@@ -51,12 +46,7 @@ class Seen:
     albedo: Float[torch.Tensor, "n 3"] | None
     exponent: Float[torch.Tensor, "n"] | None
     dark: Float[torch.Tensor, "n"]  # 1 inside of a closed mesh, else 0
-    hit: Float[torch.Tensor, "n"] | None = None
     sunlight: tuple[Float[torch.Tensor, "n 3"], Float[torch.Tensor, "n 3"]] | None = None  # of the light's discs, if it has any
-
-    @property
-    def packed(self) -> bool:
-        return self.hit is None
 
 
 def device() -> str:
@@ -71,40 +61,29 @@ def batch_of(net: TransferNet, where: str) -> int:
 
 @torch.no_grad()
 def predict(
-    net: TransferNet, points: Float[Any, "n c"], normals: Float[Any, "n c"], batch: int | None = None, hit: Any = None
+    net: TransferNet,
+    points: Float[Any, "n 3"],
+    normals: Float[Any, "n 3"],
+    batch: int | None = None,
+    kind: torch.dtype | None = None,
 ) -> Float[torch.Tensor, "n k"]:
     """Transfer at surface points with unit normals, as TransferNet.predict, by torch on its device.
 
-    On CUDA in 16-bit products with 32-bit sums, which moves T by some 1e-3 (60 dB and more): one kernel where it fits, which
-    leaves out the rows where `hit` is 0.
+    `kind` is the type of weights and activations: by default 16 bits on CUDA, which moves T by some 1e-3, and 32 elsewhere.
     """
     where = device()
     all_points, all_normals = (torch.as_tensor(v, dtype=torch.float32, device=where) for v in (points, normals))
-    if fused.fits(net):
-        return fused.run(_packed(net), all_points, all_normals, hit)
     batch = batch or batch_of(net, where)
-    kind = torch.float16 if where == "cuda" else torch.float32
+    kind = kind or (torch.float16 if where == "cuda" else torch.float32)
     layers = [(torch.from_numpy(w).to(where, kind), torch.from_numpy(b).to(where, kind)) for w, b in net.weights]
     scale, center = (torch.tensor(np.asarray(v, np.float32), device=where) for v in (net.scale, net.center))
     out = torch.empty((len(all_points), len(net.scale)), device=where)
     octaves = net.position_frequencies, net.normal_frequencies
     for first in range(0, len(out), batch):
         chunk = slice(first, first + batch)
-        features = encode((all_points[chunk, :3] - center) / net.extent, all_normals[chunk, :3], *octaves)
+        features = encode((all_points[chunk] - center) / net.extent, all_normals[chunk], *octaves)
         out[chunk] = scale * activate(layers, features.to(kind))
     return out
-
-
-_kept: OrderedDict[str, fused.Packed] = OrderedDict()  # by the network's digest
-_MOST_KEPT = 8
-
-
-def _packed(net: TransferNet) -> fused.Packed:
-    if net.digest not in _kept:
-        _kept[net.digest] = fused.Packed(net, device())
-        if len(_kept) > _MOST_KEPT:
-            _kept.popitem(last=False)
-    return _kept[net.digest]
 
 
 def _sent(values: ndarray) -> torch.Tensor:
@@ -118,25 +97,22 @@ def _chosen(
     points: torch.Tensor,
     normals: torch.Tensor,
     own: torch.Tensor | None,
-    packed: bool,
     sunlight: list[torch.Tensor] | None = None,
 ) -> Seen:
-    """Of rows of points with `hit`, normals with `dark` where there are four columns, and colours: all, or those that hit."""
-    hit = points[:, 3]
-    mask = hit.reshape(tile[3], tile[2]) > 0.5
-    if packed:
-        rows = mask.reshape(-1)
-        points, normals, own = points[rows], normals[rows], None if own is None else own[rows]
-        sunlight = None if sunlight is None else [each[rows] for each in sunlight]
+    """Of rows of points with `hit`, normals with `dark` where there are four columns, and colours: those that hit."""
+    rows = points[:, 3] > 0.5
+    mask = rows.reshape(tile[3], tile[2])
+    points, normals, own = points[rows], normals[rows], None if own is None else own[rows]
+    sunlight = None if sunlight is None else [each[rows] for each in sunlight]
     albedo = own[:, :3] if own is not None and scene.has_albedo else None
     exponent = own[:, 3] if own is not None and scene.has_exponent else None
     suns_of = None if sunlight is None else (sunlight[0][:, :3], sunlight[1][:, :3])
     dark = normals[:, 3] if normals.shape[1] == 4 else torch.zeros_like(points[:, 3])
-    return Seen(tile, mask, points[:, :3], normals[:, :3], albedo, exponent, dark, None if packed else hit, suns_of)
+    return Seen(tile, mask, points[:, :3], normals[:, :3], albedo, exponent, dark, suns_of)
 
 
 @in_render_thread
-def _seen_in_tile(scene: AnyScene, shot: Shot, suns: Suns, tile: tuple[int, int, int, int], packed: bool) -> Seen:
+def _seen_in_tile(scene: AnyScene, shot: Shot, suns: Suns, tile: tuple[int, int, int, int]) -> Seen:
     """One job, since the next one draws to the same textures."""
     target = trace_tile(scene, shot.camera, tile, shot.fine)
     points, normals, own = (plane.reshape(-1, 4) for plane in planes().planes(target.seen))
@@ -144,22 +120,22 @@ def _seen_in_tile(scene: AnyScene, shot: Shot, suns: Suns, tile: tuple[int, int,
     if len(suns):
         both = planes().planes(trace_suns(scene, suns, shot.material, shot.camera, target))
         sunlight = [plane.reshape(-1, 4) for plane in both]
-    return _chosen(scene, tile, points, normals, own, packed, sunlight)
+    return _chosen(scene, tile, points, normals, own, sunlight)
 
 
-def _seen_by_opengl(scene: AnyScene, shot: Shot, suns: Suns = NO_SUNS, packed: bool = True) -> Iterator[Seen]:
+def _seen_by_opengl(scene: AnyScene, shot: Shot, suns: Suns = NO_SUNS) -> Iterator[Seen]:
     """The first pass of the OpenGL renderer, tile after tile."""
     for tile in tiles(shot.size, shot.samples):
-        yield _seen_in_tile(scene, shot, suns, tile, packed)
+        yield _seen_in_tile(scene, shot, suns, tile)
 
 
-def _seen_by_warp(scene: AnyScene, shot: Shot, suns: Suns = NO_SUNS, packed: bool = True) -> Iterator[Seen]:
+def _seen_by_warp(scene: AnyScene, shot: Shot, suns: Suns = NO_SUNS) -> Iterator[Seen]:
     """The Warp tracer, the whole picture at once; a field's, on torch's CUDA device, without the host."""
     whole = (0, 0, *shot.fine)
     if isinstance(scene, Scene) and device() == "cuda" and kernels.device().startswith("cuda"):
         seen = trace_planes(scene, shot, kernels.device())
         sunlight = sun_planes(scene, shot, suns, seen, kernels.device()) if len(suns) else None
-        yield _chosen(scene, whole, seen.points, seen.normals, seen.colours, packed, sunlight)
+        yield _chosen(scene, whole, seen.points, seen.normals, seen.colours, sunlight)
         return
     seen = see(scene, shot.camera, shot.size, shot.samples)
     albedo, exponent = (None if v is None else _sent(v) for v in (seen.albedo, seen.exponent))
@@ -190,7 +166,7 @@ def draw(scene: AnyScene, net: TransferNet, light: Light, shot: Shot, surface: s
 def picture_on_device(
     scene: AnyScene, net: TransferNet, light: Light, shot: Shot, surface: str = "torch", lit: PreparedLight | None = None
 ) -> Float[torch.Tensor, "h w 4"]:
-    """Radiance and alpha of `draw`, left where torch computes; on CUDA the host waits for nothing if one kernel fits."""
+    """Radiance and alpha of `draw`, left where torch computes."""
     shot.refuse_beyond(f"the back end {surface}", "dering", "light_bands", "result_bands", "suns", "gloss")
     lit = lit or prepared(scene, net, light, shot)
     result_bands = shot.lighting.result_bands or net.bands
@@ -198,19 +174,16 @@ def picture_on_device(
     directions = shot.camera.rays(shot.size, samples)[1] if shot.background else np.empty((0, 0, 3))
     eye = _sent(np.asarray(shot.camera.eye))
     picture = torch.zeros((shot.size[1], shot.size[0], 4), device=eye.device)
-    for seen in SURFACES[surface](scene, shot, lit.suns, not fused.fits(net)):
+    for seen in SURFACES[surface](scene, shot, lit.suns):
         # Network and light
         x, y, width, height = seen.tile
         outgoing = torch.nn.functional.normalize(eye - seen.points, dim=1)
-        transfer = predict(net, seen.points, seen.normals, hit=seen.hit)
+        transfer = predict(net, seen.points, seen.normals)
         own = {"albedo": seen.albedo, "exponent": seen.exponent, "exact": lit.exact, "sunlight": seen.sunlight}
         colour = shading.shade(transfer, seen.normals, outgoing, lit.coefficients, shot.material, result_bands, **own)
         colour = torch.nn.functional.pad(colour * (1 - seen.dark[:, None]), (0, 1), value=1.0)
-        if seen.packed:
-            fine = torch.zeros((height, width, 4), device=eye.device)
-            fine[seen.mask] = colour
-        else:
-            fine = torch.where(seen.mask[..., None], colour.reshape(height, width, 4), 0.0)
+        fine = torch.zeros((height, width, 4), device=eye.device)
+        fine[seen.mask] = colour
 
         # The light behind it, averaged over each pixel's samples
         if shot.background:

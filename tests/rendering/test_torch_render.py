@@ -220,3 +220,14 @@ def test_a_refusal_of_cuda_leaves_nothing_mapped():
     with pytest.raises(SdfprtError, match="cudaMemcpy2DFromArray gave error 999"):
         CudaPlanes(runtime, device="cpu").planes(textures)
     assert not runtime.mapped
+
+
+def test_16_bit_products_move_transfer_by_less_than_60_db():
+    """What CUDA computes in, tried on the CPU."""
+    net = random_net()
+    rng = np.random.default_rng(3)
+    points = rng.uniform(-1, 1, (500, 3)).astype(np.float32)
+    normals = points / np.linalg.norm(points, axis=1, keepdims=True)
+    expected = net.predict(points, normals)
+    halves = torch_backend.predict(net, points, normals, kind=torch.float16).numpy()
+    assert 10 * np.log10(np.mean(expected**2) / np.mean((halves - expected) ** 2)) > 60

@@ -2,6 +2,8 @@
 
 One interface, `planes(textures) -> tensor`, and two classes that have it. The CUDA one calls five functions of the runtime
 (CUDA Runtime API, "Graphics Interoperability") through ctypes: register, map, get array, copy on the device, unmap.
+Why no library: torch has no graphics interop, Warp's covers buffers and not textures, and `cuda-bindings` would be one more
+wheel for each version of CUDA on every machine, for five calls of a runtime that torch has loaded already.
 """
 
 import ctypes

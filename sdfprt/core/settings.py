@@ -8,35 +8,35 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Compile:
-    seconds: int = 30  # at most, for the GLSL compiler and one text
-    memory: int = 1 << 30  # bytes that it may have
-    output: int = 16 << 20  # bytes that it may write
-    text: int = 2_000_000  # letters of a scene and all that it includes
-    files: int = 1000  # that it includes
-    depth: int = 100  # of files that include each other
-    module: int = 4 << 20  # bytes of SPIR-V
-    instructions: int = 150_000  # of the distance and all that it calls
-    numbers: int = 50_000  # in all variables: 16 lanes of them still fit a thread's stack
-    cases: int = 2000  # of a switch
-    nesting: int = 1000  # of conditions and loops
-    brackets: int = 2000  # in each other, in the text
-    kernel: int = 1_500_000  # letters of C++
+    seconds: int = 30  # that the GLSL compiler may take for one text
+    memory: int = 1 << 30  # bytes that the GLSL compiler may hold
+    output: int = 16 << 20  # bytes that the GLSL compiler may write
+    text: int = 2_000_000  # letters that a scene and all its included files may have together
+    files: int = 1000  # that a scene may include
+    depth: int = 100  # files that may include each other in a row
+    module: int = 4 << 20  # bytes of SPIR-V that a scene may become
+    instructions: int = 150_000  # that the distance and all its callees may have together
+    numbers: int = 50_000  # that all variables may hold together: 16 lanes of them still fit a thread's stack
+    cases: int = 2000  # that one switch may have
+    nesting: int = 1000  # conditions and loops that may lie in each other
+    brackets: int = 2000  # that may lie in each other in the text
+    kernel: int = 1_500_000  # letters of C++ that a scene may become
 
 
 @dataclass(frozen=True)
 class Surface:
     resolution: int = 256  # marching-cubes cells along the longest side of the bounds
-    tolerance: float = 1e-4  # |distance| of a sample after projection, of the scene
+    tolerance: float = 1e-4  # largest |distance| of a sample from the surface, of the scene
     points: int = 260_000  # samples a bake draws
 
 
 @dataclass(frozen=True)
 class Trace:
-    hit: float = 1e-5  # distance that counts as a hit of a camera's ray, of the scene
-    epsilon: float = 5e-5  # the same for a shadow's ray
+    hit: float = 1e-5  # distance below which a camera's ray has hit the surface, of the scene
+    epsilon: float = 5e-5  # distance below which a shadow's ray has hit the surface, of the scene
     lift: float = 2e-4  # how far off the surface a shadow's ray begins, of the scene
-    steps: int = 256  # at most, a ray
-    relaxation: float = 1.3  # over-relaxed step; falls back to the safe one
+    steps: int = 256  # that a ray may take
+    relaxation: float = 1.3  # factor on a ray's step, which is taken back where two spheres do not overlap (Keinert et al. 2014)
 
 
 @dataclass(frozen=True)
@@ -48,10 +48,10 @@ class Transfer:
 @dataclass(frozen=True)
 class Lattice:
     cells: int = 48  # coarse ones along the longest side of the bounds
-    near: float = 5e-5  # error of interpolation that is let pass at the surface, of the scene
-    far: float = 0.12  # and this much of the distance elsewhere, farther than it is
-    short: float = 0.5  # nearer than it is
-    few: int = 8_000_000  # rays of a bake up to which building it takes longer than it spares
+    near: float = 5e-5  # largest error of a plane at the surface, of the scene
+    far: float = 0.12  # by which a plane may say more than the distance elsewhere, as a fraction of the distance
+    short: float = 0.5  # by which a plane may say less than the distance elsewhere, as a fraction of the distance
+    few: int = 8_000_000  # rays of a bake up to which building the lattice takes longer than it spares
     cheap: int = 9_000  # characters of a field's C++ up to which rays are quicker by the field itself
 
 
@@ -67,11 +67,11 @@ class Network:
 class Fit:
     steps: int = 16_000  # of the optimizer
     batch: int = 1024  # samples a step
-    rate: float = 0.03  # peak of the one cycle, matrices (Muon)
-    bias_share: float = 0.25  # rate of the biases (Adam), of that
-    seconds: float = 5.0  # between checkpoints
-    held_out: int = 4096  # samples of a bake for validation
-    held_out_rays: int = 1024  # a sample of those
+    rate: float = 0.03  # learning rate of the matrices (Muon) at the peak of the one cycle
+    bias_share: float = 0.25  # learning rate of the biases (Adam), as a fraction of that of the matrices
+    seconds: float = 5.0  # between two checkpoints
+    held_out: int = 4096  # samples of a bake that are kept for validation
+    held_out_rays: int = 1024  # rays a sample of validation
     doubtful: float = 0.05  # RMSE of T at those samples that a bake warns of; the library's 46 networks have 0.0035 to 0.019
 
 

@@ -1,6 +1,8 @@
 """Preprocessor lines as the compiler sees them: comments are spaces, a backslash at the end of a line joins it with the next.
 
-`plain_directives` writes them so that everyone else may look for `#name` at the start of a line.
+`plain_directives` writes them so that everyone else may look for `#name` at the start of a line. Comments are read here and not
+by scanner.py because this is the raw text, in which a backslash may cut even `//` in two; on what comes out of it a test holds
+the two readers together.
 """
 
 import re

@@ -3,6 +3,8 @@
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
 
 from sdfprt.core.errors import SdfprtError
 
@@ -10,8 +12,22 @@ Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 UNIT: Box = ((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
 
 
+def size(box: Box) -> Float[ndarray, "3"]:
+    """Lengths of the sides along x, y and z."""
+    return np.subtract(box[1], box[0]).astype(float)
+
+
 def diagonal(box: Box) -> float:
-    return float(np.linalg.norm(np.subtract(*box)))
+    return float(np.linalg.norm(size(box)))
+
+
+def center(box: Box) -> Float[ndarray, "3"]:
+    return np.mean(np.asarray(box, float), axis=0)
+
+
+def extent(box: Box) -> float:
+    """Half of the longest side."""
+    return float(size(box).max()) / 2
 
 
 def corner(values: Any) -> tuple[float, float, float]:

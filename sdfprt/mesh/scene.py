@@ -18,6 +18,7 @@ from numpy import ndarray
 
 from sdfprt.imaging.camera import Camera
 from sdfprt.material.lobes import Diffuse, Material, Phong
+from sdfprt.maths import box
 from sdfprt.maths.box import Box, corner
 from sdfprt.mesh.parts import Finish, decoded
 
@@ -58,20 +59,20 @@ class MeshScene:
 
     @property
     def size(self) -> ndarray:
-        return np.subtract(self.bounds[1], self.bounds[0]).astype(float)
+        return box.size(self.bounds)
 
     @property
     def diagonal(self) -> float:
-        return float(np.linalg.norm(self.size))
+        return box.diagonal(self.bounds)
 
     @property
     def center(self) -> ndarray:
-        return np.mean(np.asarray(self.bounds, float), axis=0)
+        return box.center(self.bounds)
 
     @property
     def extent(self) -> float:
         """Half of the longest side of the bounds."""
-        return float(self.size.max()) / 2
+        return box.extent(self.bounds)
 
     @functools.cached_property
     def has_albedo(self) -> bool:

@@ -16,14 +16,14 @@ from sdfprt.core import settings
 from sdfprt.sdf import measure
 from sdfprt.sdf.scene import Scene
 
-_KEEP = 4  # lattices in memory
-_CHUNK = 1 << 18  # samples, or cells, at once
+_KEEP = 4  # lattices that stay in memory
+_CHUNK = 1 << 18  # samples, or cells, that are computed at once
 CUT = 4  # finer cells along a side of a cell, as in kernels/sdf/lattice.h
 _LEVELS = 3
 _SIDES = np.array(list(product((0, 1), repeat=3)))[:, ::-1]  # x, y, z of a cell's corners, x fastest
 _MIDDLE = np.full((1, 3), 0.5)
-_INNER = np.array(list(product((0.25, 0.75), repeat=3)))  # where cells near the surface are tried besides
-_MOST = 3 << 15  # cells of a level that are cut, the nearest to the surface; the field is asked in the others
+_INNER = np.array(list(product((0.25, 0.75), repeat=3)))  # eight more places at which planes near the surface are tried
+_MOST = 3 << 15  # cells of a level that are cut at most, the nearest to the surface; rays ask the field in the others
 
 
 @dataclass(frozen=True)
@@ -43,8 +43,8 @@ class Lattice:
     counts: tuple[int, int, int]  # coarse cells along x, y, z, those copies among them
     origin: tuple[float, float, float]
     cell: float  # side of a coarse cell, scene units
-    unit: float  # scene units
-    error: float  # near the surface, scene units
+    unit: float  # what 1 is in the 16-bit numbers of a record, scene units
+    error: float  # largest error of a plane near the surface, scene units
     box: measure.Box  # beyond it is no surface
 
     @property
@@ -117,20 +117,20 @@ def _bordered(cells: ndarray, counts: ndarray) -> ndarray:
 
 def _clear(solid: Bool[ndarray, "z y x"]) -> Int32[ndarray, "z y x"]:
     """Lattice.clear of cells, some of which hold a surface or are in the solid."""
-    found = np.zeros(solid.shape, np.int32)
+    bits = np.zeros(solid.shape, np.int32)
     for octant, axis in product(range(8), range(3)):
         turned = tuple(slice(None, None, -1 if octant >> k & 1 else 1) for k in (2, 1, 0))
         layers = np.moveaxis(solid[turned], 2 - axis, 0)
-        # As a ray passes a layer it moves no farther aside than to the next cell; those it may meet from each cell of a layer on
+        # While a ray passes a layer it moves aside by one cell at most. `met`: from this cell on, the ray may meet a solid cell
         met, ahead = np.empty_like(layers), np.zeros_like(layers[0])
         for n in reversed(range(len(layers))):
             ahead = met[n] = _aside(layers[n] | ahead)
-        found[turned] |= np.moveaxis(~met, 0, 2 - axis).astype(np.int32) << (3 * octant + axis)
-    return found
+        bits[turned] |= np.moveaxis(~met, 0, 2 - axis).astype(np.int32) << (3 * octant + axis)
+    return bits
 
 
 def _aside(cells: Bool[ndarray, "n m"]) -> Bool[ndarray, "n m"]:
-    """Where a cell, or the next one along either axis or both, is set."""
+    """True where a cell is set, or the next one along one axis or along both."""
     wide = np.pad(cells, ((0, 1), (0, 1)))
     return wide[:-1, :-1] | wide[1:, :-1] | wide[:-1, 1:] | wide[1:, 1:]
 
@@ -172,37 +172,37 @@ def _along(scene: Scene, places: Float[ndarray, "n 3"], steps: Float[ndarray, "m
 def _planes(
     scene: Scene, places: ndarray, side: float, corners: ndarray, error: float, closely: bool
 ) -> tuple[Float[ndarray, "n 4"], Bool[ndarray, "n"], Bool[ndarray, "n"]]:
-    """The plane of each cell, where it differs from the field by more than settings.Lattice allows, or the field is NaN, and
-    which cells may hold a surface or are in the solid.
+    """For each cell its plane; whether the plane is wrong, that is, differs from the field by more than settings.Lattice allows
+    or the field is NaN; and whether the cell may hold a surface or is in the solid.
 
-    Held against the corners and the middle, near the surface and `closely` at eight places more; anything will do where all of
-    a cell is in the solid.
+    A plane is compared with the field at the corners and the middle and, near the surface if `closely`, at eight places more.
+    Where all of a cell is in the solid any plane is right.
     """
     planes, wrong = np.zeros((len(places), 4), np.float32), np.asarray(~np.isfinite(corners).all(axis=1))
     holding = np.ones(len(places), bool)
     outside = ~(corners.max(axis=1) < -side)
     near = outside & (np.abs(corners).min(axis=1) < side) & closely
     planes[:, 0] = -side  # in the solid
-    # With the most, in sides, that a place in a cell is from the nearest place tried
+    # `gap`: the farthest that a place of the cell can be from the nearest place tried, as a fraction of its side
     for where, probes, gap in ((outside & ~near, _MIDDLE, 0.56), (near, np.concatenate([_MIDDLE, _INNER]), 0.44)):
         tried = np.concatenate([_SIDES, probes]).astype(np.float32)
         numbers = np.flatnonzero(where)
         for begin in range(0, len(numbers), _CHUNK):
-            part = numbers[begin : begin + _CHUNK]
-            found = np.concatenate([corners[part], _along(scene, places[part], side * probes)], axis=1)
-            slope = corners[part] @ (2 * _SIDES - 1).astype(np.float32) / 4
-            rest = found - slope @ tried.T  # had the plane no error, the distance at the first corner
-            # Farther from the surface than it is, and nearer, by so much at most
-            size = np.abs(found)
+            chunk = numbers[begin : begin + _CHUNK]
+            distances = np.concatenate([corners[chunk], _along(scene, places[chunk], side * probes)], axis=1)
+            slope = corners[chunk] @ (2 * _SIDES - 1).astype(np.float32) / 4
+            rest = distances - slope @ tried.T  # had the plane no error, the distance at the first corner
+            # Bounds on the distance at the first corner: the plane may say too much, or too little, by so much and no more
+            size = np.abs(distances)
             most = (rest + error + settings.Lattice.far * size).min(axis=1)
             clear = size.min(axis=1, keepdims=True) > 0.18 * side
             spare = np.where(clear, size - max(4 * error, 0.2 * side), 0)
             short = np.minimum(settings.Lattice.short * size, np.maximum(settings.Lattice.far * size, spare))
             least = (rest - error - short).max(axis=1)
             first = np.clip(0.5 * (rest.min(axis=1) + rest.max(axis=1)), least, most)
-            planes[part] = np.concatenate([first[:, None], slope], axis=1)
-            wrong[part] |= ~(least <= most)
-            holding[part] = ~(found.min(axis=1) > gap * side)
+            planes[chunk] = np.concatenate([first[:, None], slope], axis=1)
+            wrong[chunk] |= ~(least <= most)
+            holding[chunk] = ~(distances.min(axis=1) > gap * side)
     return planes, wrong, holding
 
 

@@ -27,6 +27,7 @@ from sdfprt.glsl.powers import whole_powers
 from sdfprt.glsl.prepare import Prepared
 from sdfprt.imaging.camera import Camera
 from sdfprt.material.lobes import DiffusePhong, Material, parse, parts
+from sdfprt.maths import box
 from sdfprt.maths.box import UNIT, Box
 from sdfprt.mesh import folder as meshes
 from sdfprt.mesh.scene import MeshScene
@@ -279,20 +280,20 @@ class Scene:
 
     @property
     def size(self) -> ndarray:
-        return np.subtract(self.bounds[1], self.bounds[0]).astype(float)
+        return box.size(self.bounds)
 
     @property
     def diagonal(self) -> float:
-        return float(np.linalg.norm(self.size))
+        return box.diagonal(self.bounds)
 
     @property
     def center(self) -> ndarray:
-        return np.mean(np.asarray(self.bounds, float), axis=0)
+        return box.center(self.bounds)
 
     @property
     def extent(self) -> float:
         """Half of the longest side of the bounds."""
-        return float(self.size.max()) / 2
+        return box.extent(self.bounds)
 
     @checked(finite=False)
     def distance(self, points: Float[ndarray, "n 3"]) -> Float[ndarray, "n"]:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from sdfprt.core import files
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
 
@@ -56,6 +57,22 @@ def test_what_a_killed_write_left_is_removed_by_the_next_and_a_living_one_goes_o
         subprocess.run([sys.executable, "-c", inner, str(tmp_path / "c.png")], check=True)
         assert living.exists()
     assert sorted(p.name for p in tmp_path.iterdir()) == [mine.name, "b.png", "c.png"]
+
+
+def test_what_another_users_living_process_writes_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """The system does not let us signal it, so the file is another's who still writes."""
+
+    def refused(process: int, signal: int) -> None:
+        raise PermissionError(process, signal)
+
+    with atomic_write(tmp_path / "a.txt") as temporary:
+        theirs = temporary.with_name(temporary.name.replace(str(os.getpid()), "1"))
+        theirs.write_text("half")
+        assert theirs != temporary
+        monkeypatch.setattr(os, "kill", refused)
+        files._remove_leftovers.cache_clear()
+        files.remove_leftovers(tmp_path)
+    assert theirs.exists()
 
 
 @pytest.mark.parametrize("kind", ["folder", "fifo", "nowhere"])

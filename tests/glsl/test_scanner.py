@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from sdfprt.glsl.directives import directives, plain
 from sdfprt.glsl.scanner import Block, Function, Struct, Variable, code_only, declarations, macros, rename, scan, without_comments
 
 
@@ -102,3 +103,19 @@ def test_no_text_stops_the_scanner() -> None:
         text = " ".join(rng.choice(pieces, 30))
         assert len(code_only(text)) == len(text)
         declarations(text)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "// a \\\n#define HIDDEN 1\n#define SEEN 1\n",
+        "/\\\n/ #define HIDDEN 1\n#define SEEN 1\n",
+        "/* a\n#define HIDDEN 1\n*/ #define SEEN 1\n",
+        "#/* */define /* */ SEEN 1 // #define HIDDEN\n",
+        "#def\\\nine SEEN 1\n/* // */ /* #define HIDDEN 1 */\n",
+        "// it's \"quoted\n#define SEEN 1 /* never ends\n#define HIDDEN 1\n",
+    ],
+)
+def test_both_readers_of_comments_see_the_same_directives(text: str) -> None:
+    seen = [each.rest.split()[0] for each in directives(text) if each.name == "define"]
+    assert seen == ["SEEN"] == sorted(macros(plain(text)))

@@ -113,3 +113,15 @@ def test_the_command_compares_like_with_like(tmp_path: Path):
     assert isinstance(run(one, png).exception, SdfprtError)
     image.write(one, A)
     assert "alpha" in str(run(one, two, "--mask", "alpha").exception)
+
+
+def test_a_robust_peak_is_above_all_but_one_value_in_a_thousand() -> None:
+    picture = np.full((100, 100, 3), 0.5, np.float32)
+    picture.reshape(-1)[:25] = 90.0  # 25 of 30,000 values are a highlight that nobody looks at
+    assert metrics.robust_peak(picture) == 0.5
+    picture.reshape(-1)[:60] = 2.0  # 60 are more than one in a thousand
+    assert metrics.robust_peak(picture) == 2.0
+    mask = np.zeros((100, 100), bool)
+    mask[50:] = True
+    assert metrics.robust_peak(picture, mask) == 0.5
+    assert metrics.robust_peak(picture, np.zeros_like(mask)) > 0

@@ -70,7 +70,7 @@ def test_tensors_of_other_sizes_types_and_values_are_refused_by_name(good: Path,
         wider = np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, 4)])
         spoiled = values.copy()
         spoiled.flat[0] = np.inf
-        for other in (wider, spoiled, values.astype(np.int32), values[..., None]):
+        for other in (wider, spoiled, values.astype(np.int32), values.astype(np.float64), values[..., None]):
             said = _refused(tmp_path, meta, {**tensors, name: np.ascontiguousarray(other)})
             assert name in said or name == "weight0"  # what comes after it is then of another size
         _refused(tmp_path, meta, {k: v for k, v in tensors.items() if k != name})

@@ -1,11 +1,11 @@
 // Sums over the discs that were taken out of a light, at many surface points: item k does lanes k*LANES …
 // Twin of shaders/rendering/suns.glsl, with the same constants and the same steps; what they mean is told there.
-// `rows`: point, normal, unit direction to the eye, exponent; `suns`: direction, angular radius, energy. `out`: the sums for a
+// `rows`: point, normal, unit direction to the eye, exponent; `suns`: direction, angular radius (negative: in parts), energy. `out`: the sums for a
 // white diffuse surface, then for a white lobe.
 struct Suns : Simd {
-    // Parts of a disc; radius, radians, up to which one ray is enough; share below which all is dark; depth of the look behind a hit
+    // Parts of a disc; radius of the one cone of a disc without; share below which all is dark; depth of the look behind a hit
     enum { PARTS = 7, BALLS = 4 };
-    static CUDA_CALLABLE float narrow() { return 0.035f; }
+    static CUDA_CALLABLE float one() { return 0.6f; }
     static CUDA_CALLABLE float dark() { return 0.02f; }
     static CUDA_CALLABLE float probe() { return 3.0f; }
 
@@ -65,7 +65,8 @@ struct Suns : Simd {
     }
     for (int number = 0; number < count; number++) {
         const float* sun = suns.data + 7 * number;
-        const float angle = sun[3], tangent = tanf(angle);
+        const bool alone = sun[3] > 0.0f;  // not in parts
+        const float angle = fabsf(sun[3]), tangent = tanf(angle);
         const F up = Suns::disc_cosine(n[0] * sun[0] + n[1] * sun[1] + n[2] * sun[2], sinf(angle));
         M live = Simd::lt(zero, up);
         if (!Simd::any(live)) continue;
@@ -95,9 +96,9 @@ struct Suns : Simd {
                 const M empty = Simd::lt(zero, radius[k]) & Simd::le(zero, inside) & Simd::le(2.0f * along - leaves, start);
                 start = Simd::sel(empty, Simd::max(start, leaves), start);
             }
-            const F free = Suns::cone_free(o, d, start, Simd::splat(part ? tangent / 3.0f : tangent), box.data, near, step, steps, faces);
+            const F free = Suns::cone_free(o, d, start, Simd::splat(part ? tangent / 3.0f : alone ? Suns::one() * tangent : tangent), box.data, near, step, steps, faces);
             all = Simd::sel(faces, all + cosine, all);
-            const M whole = faces & (part ? Simd::none() : Simd::le(one, free) | Simd::lt(free, zero) | Simd::mask(angle < Suns::narrow()));
+            const M whole = faces & (part ? Simd::none() : Simd::le(one, free) | Simd::lt(free, zero) | Simd::mask(alone));
             const F share = part ? free : Simd::sel(whole, free, Simd::min(3.0f * free, one));
             lit = Simd::sel(faces, lit + cosine * Simd::max(share, zero), lit);
             live = live & ~whole;

@@ -256,7 +256,7 @@ def turn_blocks(exact: ExactLight) -> np.ndarray:
 def sun_uniforms(suns: Suns) -> dict[str, Any]:
     """Uniforms of suns.glsl for what belongs to the light; discs in world directions."""
     directions, energy = np.zeros((settings.Suns.most, 4), np.float32), np.zeros((settings.Suns.most, 3), np.float32)
-    directions[: len(suns), :3], directions[: len(suns), 3], energy[: len(suns)] = suns.directions, suns.radii, suns.energy
+    directions[: len(suns), :3], directions[: len(suns), 3], energy[: len(suns)] = suns.directions, suns.signed_radii, suns.energy
     return {"sunCount": len(suns), "sunDirection": directions, "sunEnergy": energy}
 
 

@@ -32,7 +32,7 @@ def limits(scene: Scene) -> list[float]:
 
 def rows_of(suns: Suns) -> Float[ndarray, "k 7"]:
     """Discs as the kernel reads them."""
-    return np.concatenate([suns.directions, suns.radii[:, None], suns.energy], axis=1)
+    return np.concatenate([suns.directions, suns.signed_radii[:, None], suns.energy], axis=1)
 
 
 def sunlight(

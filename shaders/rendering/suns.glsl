@@ -8,10 +8,10 @@ uniform float shadowLift;      // how far off the surface rays begin
 uniform int marchSteps;
 uniform int once;              // 1, see network.glsl
 uniform int sunCount;
-uniform vec4 sunDirection[MOST_SUNS];  // unit direction in the world; angular radius
+uniform vec4 sunDirection[MOST_SUNS];  // unit direction in the world; angular radius, negative for a disc that goes in parts
 uniform vec3 sunEnergy[MOST_SUNS];     // radiance times solid angle
 
-const float SUN_NARROW = 0.035;  // radius, radians, up to which one ray is enough
+const float SUN_ONE = 0.6;       // radius of the cone of a disc that does not, of its own: a cone sees an edge from outside only
 const float SUN_DARK = 0.02;     // share of the cone's radius below which nothing comes through
 const int SUN_PARTS = 7;         // of a disc: the middle and a ring of six, each of a third of its radius
 const float SUN_PROBE = 3.0;     // how deep behind a hit the solid is looked at, in radii of the cone there
@@ -68,10 +68,11 @@ void sunlight(vec3 p, vec3 n, vec3 o, float s, out vec3 diffuse, out vec3 glossy
 
     for (int k = 0; k < sunCount; k++) {
         vec3 w = sunDirection[k].xyz;
-        float angle = sunDirection[k].w, up = discCosine(dot(n, w), sin(angle));
+        bool whole = sunDirection[k].w > 0.0;
+        float angle = abs(sunDirection[k].w), up = discCosine(dot(n, w), sin(angle));
         if (up <= 0.0) continue;
 
-        // The cone of the whole disc; where something touches it, its parts
+        // The cone of the whole disc; where something touches it, its parts, if it has any
         float tangent = tan(angle), lit = 0.0, all = 0.0;
         vec3 side = normalize(abs(w.x) < 0.7 ? cross(w, vec3(1.0, 0.0, 0.0)) : cross(w, vec3(0.0, 1.0, 0.0)));
         for (int part = 0; part < SUN_PARTS * once; part++) {
@@ -84,11 +85,11 @@ void sunlight(vec3 p, vec3 n, vec3 o, float s, out vec3 diffuse, out vec3 glossy
             float start = 0.0;
             for (int ball = 0; ball < 4; ball++)
                 if (radius[ball] > 0.0 && inside[ball] >= 0.0 && enters[ball] <= start) start = max(start, leaves[ball]);
-            float free = coneFree(begin, d, start, part == 0 ? tangent : tangent / 3.0);
+            float free = coneFree(begin, d, start, part > 0 ? tangent / 3.0 : whole ? SUN_ONE * tangent : tangent);
             all += cosine;
-            bool whole = part == 0 && (free >= 1.0 || free < 0.0 || angle < SUN_NARROW);
-            lit += cosine * max(part == 0 && !whole ? min(3.0 * free, 1.0) : free, 0.0);
-            if (whole) break;
+            bool done = part == 0 && (free >= 1.0 || free < 0.0 || whole);
+            lit += cosine * max(part == 0 && !done ? min(3.0 * free, 1.0) : free, 0.0);
+            if (done) break;
         }
         if (lit <= 0.0) continue;
         float given = up * lit / all, wide = 1.0 / (1.0 + 0.25 * s * angle * angle);

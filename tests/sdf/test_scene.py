@@ -16,6 +16,7 @@ from sdfprt.sdf import measure
 from sdfprt.sdf.check import check
 from sdfprt.sdf.colour import colours
 from sdfprt.sdf.scene import Scene
+from sdfprt.sdf.surface import sample_surface
 
 TEXELS = np.random.default_rng(0).random((4, 4, 3)).astype(np.float32)
 SPHERE = "float sdf(vec3 p) { return length(p) - 0.5; }"
@@ -268,3 +269,9 @@ def test_the_glsl_of_a_library_scene_is_what_its_python_writes(path: Path) -> No
 
 def test_some_of_the_library_is_written_in_python() -> None:
     assert len(list(folder("sdf_library").glob("*/scene.py"))) >= 2
+
+
+def test_samples_lie_inside_the_bounds_that_cut_a_surface() -> None:
+    scene = Scene(glsl="float sdf(vec3 p) { return length(p) - 0.7; }", bounds=((-0.45, -1.0, -0.3), (0.6, 1.0, 0.5)))
+    points = sample_surface(scene, 3000, seed=1, resolution=12).points
+    assert (points >= np.float32(scene.bounds[0])).all() and (points <= np.float32(scene.bounds[1])).all()

@@ -40,7 +40,8 @@ def content(path: str | Path) -> Content:
     if size > settings.Mesh.bytes:
         raise SdfprtError(f"{path}: {size / 2**30:.1f} GB are more than the 2 GB that are read; split it or make it coarser")
     try:
-        found = READERS[path.suffix.lower()](path)
+        with np.errstate(over="ignore", invalid="ignore"):  # what is infinite after it is refused
+            found = READERS[path.suffix.lower()](path)
     except MemoryError:
         raise SdfprtError(f"{path}: more triangles than this machine has memory for") from None
     except SdfprtError:

@@ -14,6 +14,7 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 from sdfprt.core.errors import SdfprtError
 
 _FLAT = 1e-14  # twice the area that counts as none, of the square of the mesh's size
+_FARTHEST = 1e15  # from the origin; and its inverse the smallest size
 _NESTED = 256  # bodies that are turned inside out and tested for lying inside of another
 
 
@@ -65,6 +66,11 @@ def repaired(
     bad = int((~np.isfinite(vertices[used])).any(1).sum())
     if bad:
         raise SdfprtError(f"{name}: {bad} of {int(used.sum())} vertices are not finite (NaN or infinite)")
+    farthest, size = float(np.abs(vertices[used]).max()), float(np.ptp(vertices[used], axis=0).max())
+    if farthest > _FARTHEST or 0 < size < 1 / _FARTHEST:
+        raise SdfprtError(
+            f"{name}: a size of {size:.3g}, {farthest:.3g} from the origin, is beyond what is drawn; give other units"
+        )
     notes: list[str] = []
     places, faces = _welded(vertices, faces, used)
 

@@ -278,6 +278,7 @@ def test_faults_are_one_line_with_the_file_and_the_cause(tmp_path: Path) -> None
         "beyond.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "beyond.obj:4"),
         "word.obj": (b"v 0 0 0\nv x 0 0\nv 0 1 0\nf 1 2 3\n", "has not its numbers"),
         "nan.obj": (b"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "1 of 3 vertices are not finite"),
+        "huge.obj": (b"v 0 0 1e300\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "other units"),
         "line.obj": (b"v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "without area"),
         "text.glb": (b"hello, this is no mesh at all", "not a GLB"),
         "text.gltf": (b"{", "not a glTF"),

@@ -21,10 +21,10 @@ from sdfprt.sdf.kinds import AnyScene
 from sdfprt.sdf.scene import Scene
 from sdfprt.transfer.compute import compute_transfer
 
-POINTS = 8192  # of a task of the bake, at most: 200 KB there, 512 KB back at 4 bands
-RETRIES = 3  # of a task that failed
-AHEAD = 2  # tasks a worker's thread that are under way at once: what bounds the memory of the scheduler
-SECONDS = 20  # to wait for a scheduler, and for its first worker
+POINTS = 8192  # surface points that one task holds at most: 200 KB are sent, 512 KB come back at 4 bands
+RETRIES = 3  # times that a failed task is run again
+AHEAD = 2  # tasks under way for each thread of a worker; this bounds the memory of the scheduler
+SECONDS = 20  # that a caller waits for a scheduler, and then for its first worker
 
 
 @contextmanager

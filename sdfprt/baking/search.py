@@ -9,6 +9,7 @@ from numpy import ndarray
 
 from sdfprt.baking.stages import Arrays, Size, cached, digest
 from sdfprt.core import settings
+from sdfprt.imaging.metrics import robust_peak
 from sdfprt.light.light import Light
 from sdfprt.material import shading
 from sdfprt.material.lobes import Material
@@ -17,9 +18,9 @@ from sdfprt.sdf.kinds import AnyScene
 from sdfprt.transfer.compute import compute_transfer
 from sdfprt.transfer.seen import Seen, see
 
-SIZES = (Size(16, 3), Size(32, 3), Size(32, 4), Size(64, 4), Size(128, 4))  # that are tried, from the smallest
-ENCODINGS = ((3, 1), (5, 1))  # octaves that are then tried in the size that was found
-_VIEWS, _VIEW_SIDE, _VIEW_LIGHT = 3, 40, "sky_afternoon"  # pictures that are looked at; side in pixels
+SIZES = (Size(16, 3), Size(32, 3), Size(32, 4), Size(64, 4), Size(128, 4))  # tried one after another, the smallest first
+ENCODINGS = ((3, 1), (5, 1))  # octaves of p and n that are tried after that, in the size that reached the target
+_VIEWS, _VIEW_SIDE, _VIEW_LIGHT = 3, 40, "sky_afternoon"  # how many pictures a network is tried in; their side, pixels; light
 
 
 @dataclass(frozen=True)
@@ -47,9 +48,10 @@ def try_sizes(fitted: Callable[[Size, float | None], Fitted], target: float) -> 
     """SIZES until one reaches the target, then ENCODINGS in that size until one does; all that were tried, in that order."""
 
     def one(size: Size) -> Fitted:
-        # A fit that stops at the target for points goes to its end where the views want more
-        found = fitted(size, target)
-        return found if found.reached["validation_psnr"] < target or found.least >= target else fitted(size, None)
+        # The fit stops when points reach the target; where the views do not, it is done again to its last step
+        stopped = fitted(size, target)
+        enough = stopped.reached["validation_psnr"] < target or stopped.least >= target
+        return stopped if enough else fitted(size, None)
 
     tried: list[Fitted] = []
     for size in SIZES:
@@ -82,7 +84,7 @@ class View:
 
 def views(scene: AnyScene, work: Path, bands: int, seed: int) -> list[View]:
     """Small views about the target's vertical, between the places that the scene's own camera is likely to see."""
-    light, found = Light.load(_VIEW_LIGHT).sh(bands), []
+    light, looks = Light.load(_VIEW_LIGHT).sh(bands), []
     for k in range(_VIEWS):
         camera = scene.camera.turned(2 * np.pi * (k + 0.5) / _VIEWS)
         seen = see(scene, camera, (_VIEW_SIDE, _VIEW_SIDE))
@@ -97,13 +99,13 @@ def views(scene: AnyScene, work: Path, bands: int, seed: int) -> list[View]:
         shapes = {"T": (len(seen.points), bands * bands)}
         transfer = cached(work / f"view-{key}.npz", shapes, trace)["T"]
         view = View(seen.points, seen.normals, -seen.directions, light, scene.material, np.empty(0))
-        found.append(replace(view, truth=view.radiance(transfer)))
-    return found
+        looks.append(replace(view, truth=view.radiance(transfer)))
+    return looks
 
 
 def view_psnr(net: TransferNet, views: list[View]) -> float:
-    """dB over the hit pixels of all views together; peak: the 99.9th percentile of the exact ones."""
+    """PSNR of the network's pictures, dB, over the hit pixels of all views together; the peak is robust_peak of the exact ones."""
     truth = np.concatenate([view.truth for view in views])
     ours = np.concatenate([view.radiance(net.predict(view.points, view.normals)) for view in views])
     error = max(float(np.mean((ours - truth) ** 2)), 1e-20)
-    return float(10 * np.log10(np.percentile(truth, 99.9) ** 2 / error))
+    return float(10 * np.log10(robust_peak(truth) ** 2 / error))

@@ -29,8 +29,8 @@ from sdfprt.sdf.surface import sample_surface
 
 Arrays = dict[str, ndarray]
 Samples = tuple[ndarray, ndarray, ndarray]  # points, normals, transfer
-CHUNK = 32_768  # samples a file of transfer
-_VERSION = 12  # of what the stages compute; a change makes caches void
+CHUNK = 32_768  # samples whose transfer lies in one file
+_VERSION = 12  # raised when a stage computes something else, so that older caches are not read
 
 
 class Size(NamedTuple):

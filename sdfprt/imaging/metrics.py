@@ -58,8 +58,11 @@ def compare(
     }
 
 
-def robust_peak(picture: Float[ndarray, "h w 3"], mask: Bool[ndarray, "h w"] | None = None) -> float:
-    """The 99.9th percentile over the mask: a peak that a few bright pixels do not set. Above 0 always, so that one may divide."""
+def robust_peak(picture: Float[ndarray, "*n 3"], mask: Bool[ndarray, "*n"] | None = None) -> float:
+    """The 99.9th percentile of a picture or of pixels, over the mask: a peak that a few bright pixels do not set.
+
+    Above 0 always, so that one may divide.
+    """
     values = picture if mask is None else picture[mask]
     return max(float(np.percentile(values, 99.9)), 1e-9) if values.size else 1e-9
 

@@ -31,13 +31,13 @@ from sdfprt.network.optimizer import Descent, descend, matrices
 from sdfprt.network.stored import LAYERS, OCTAVES, WIDTHS
 
 Samples = tuple[ndarray, ndarray, ndarray]
-_HELD_OUT = 20  # one sample of so many is for validation, where none are given
-_WARM_UP = 0.1  # of the steps
-_STRIDE = 50  # steps between looks at the clock
-_LOOK = 200  # steps between looks at the target
-_CHUNK = 65_536  # samples encoded at once
-_MOMENTUM = 0.95
-_BETAS = (0.9, 0.99)
+_HELD_OUT = 20  # every 20th sample is kept for validation where the caller gives none
+_WARM_UP = 0.1  # share of the steps in which the learning rate rises
+_STRIDE = 50  # steps after which the clock is read
+_LOOK = 200  # steps after which the validation error is compared with the target
+_CHUNK = 65_536  # samples that are encoded together
+_MOMENTUM = 0.95  # of Muon: share of the old gradient in the mean
+_BETAS = (0.9, 0.99)  # of Adam: the same for the mean and for the mean of squares
 
 
 @checked(
@@ -98,8 +98,8 @@ def fit_transfer(
         torch.as_tensor(np.asarray(a, np.float32), device=device)
         for a in ((points - center) / extent, normals, transfer / scale, scale)
     )
-    parts = zip(x.split(_CHUNK), n.split(_CHUNK), strict=True)
-    features = torch.cat([encode(a, b, position_frequencies, normal_frequencies) for a, b in parts])
+    chunks = zip(x.split(_CHUNK), n.split(_CHUNK), strict=True)
+    features = torch.cat([encode(a, b, position_frequencies, normal_frequencies) for a, b in chunks])
     inputs = 6 + 6 * (position_frequencies + normal_frequencies)
     sizes = [inputs, *[width] * (layers - 1), transfer.shape[1]]
     state = _initial(sizes, seed, device)
@@ -147,7 +147,7 @@ def fit_transfer(
 
 
 def fit_bytes(bands: int, octaves: int = Network.position_frequencies + Network.normal_frequencies) -> float:
-    """Memory that a sample takes while it is fitted to: features and targets, and what they are made of."""
+    """Bytes that one sample takes during a fit: its features and targets, and the arrays that these are computed from."""
     return 4.0 * (2 * (6 + 6 * octaves) + 4 * bands**2 + 24)
 
 
@@ -158,7 +158,7 @@ def measure(net: TransferNet, points: ndarray, normals: ndarray, transfer: ndarr
 
 
 def _check(points: ndarray, normals: ndarray, transfer: ndarray) -> int:
-    """Bands of samples that belong together."""
+    """The number of bands. Raises SdfprtError for samples that do not fit together, are too few or are not finite."""
     bands = math.isqrt(transfer.shape[-1])
     if points.shape != normals.shape or len(points) != len(transfer) or bands**2 != transfer.shape[-1]:
         shapes = f"points {points.shape}, normals {normals.shape}, transfer {transfer.shape}"
@@ -190,7 +190,7 @@ def _batches(count: int, batch: int, seed: int, start: int) -> Iterator[torch.Te
 
 
 def _cycle(t: float) -> float:
-    """Learning rate of the cycle at t in [0, 1), of its peak: a short rise, then a cosine down to zero."""
+    """Learning rate at t in [0, 1), as a fraction of its peak: a short rise, then a cosine down to zero."""
     return t / _WARM_UP if t < _WARM_UP else 0.5 + 0.5 * math.cos(math.pi * (t - _WARM_UP) / (1 - _WARM_UP))
 
 
@@ -214,7 +214,7 @@ def _store(path: Path, state: dict[str, torch.Tensor], step: int) -> None:
 
 
 def _resume(path: Path, state: dict[str, torch.Tensor]) -> int:
-    """Fill the state from a checkpoint; 0 where there is none that fits."""
+    """Fill the state from a checkpoint and give its step; 0, and nothing filled, where there is no checkpoint that fits."""
     if not path.is_file():
         return 0
     try:

@@ -16,6 +16,7 @@ from sdfprt.core.arguments import checked
 from sdfprt.core.cache import WORK, cache_folder, trim_work
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.limits import check_memory
+from sdfprt.light.light import Light
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.network.fit import fit_bytes
 from sdfprt.network.stored import LAYERS, WIDTHS
@@ -55,6 +56,7 @@ def bake(
     shadowed: bool = True,
     resolution: int = settings.Texture.resolution,
     sets: str = settings.Texture.sets,
+    light: Light | None = None,
 ) -> Any:
     """The Asset of a scene: shipped, from the cache, or made now, resuming what an earlier call left unfinished.
 
@@ -66,15 +68,15 @@ def bake(
     the rays; the asset is the same to the bit. `bands` default to settings.Transfer's, in textures to settings.Texture's.
 
     `storage` "vertex" gives a VertexTable of a mesh, with `bounces` diffuse interreflections, or not `shadowed`; "texture" a
-    TextureTable of `resolution` texels squared, one or one an object (`sets`: auto, one, object), or not `shadowed`.
+    TextureTable of `resolution` texels squared, one or one an object (`sets`: auto, one, object), or not `shadowed`; its
+    `bounces` are those of one `light`.
     Raises SdfprtError where the scene has no surface or its distance is NaN.
     """
     if storage == "vertex":
         return bake_vertices(scene, bands or settings.Transfer.bands, rays, seed, bounces, shadowed, fresh)
     if storage == "texture":
-        if bounces:
-            raise SdfprtError(f"bounces {bounces}: textures hold direct light only; use storage vertex for interreflections")
-        made = bake_textures(scene, bands or settings.Texture.bands, rays, seed, resolution, sets, shadowed, fresh)
+        own = bands or settings.Texture.bands, rays, seed, resolution, sets, shadowed, fresh, bounces, light
+        made = bake_textures(scene, *own)
         trim_work(KEEP)
         return made
     if storage != "network":

@@ -15,12 +15,15 @@ from sdfprt.core import settings
 from sdfprt.core.cache import WORK, cache_folder, regular_file
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.limits import check_memory
+from sdfprt.light.light import Light
+from sdfprt.material.lobes import Diffuse
 from sdfprt.mesh.rays import shading_normals
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.mesh.unwrap import Atlas, Raster, crowded, raster, unwrap
 from sdfprt.sdf.kinds import AnyScene
-from sdfprt.tables.texture import TextureTable
+from sdfprt.tables.texture import TextureTable, light_digest
 from sdfprt.transfer.compute import unshadowed
+from sdfprt.transfer.gathered import gathered
 
 TEXELS = (16, 16_384)  # lowest and highest along a side of a texture
 
@@ -34,19 +37,25 @@ def bake_textures(
     sets: str = settings.Texture.sets,
     shadowed: bool = True,
     fresh: bool = False,
+    bounces: int = 0,
+    light: Light | None = None,
 ) -> TextureTable:
     """Transfer in textures of `resolution` texels squared, from the cache or made now, resuming what an earlier call left.
 
-    `sets` are those of mesh.unwrap. `rays` a texel default to settings.Texture, fewer for many texels. Raises SdfprtError for an
-    SDF, for a mesh that cannot be unwrapped, and for more textures than an array or the memory holds.
+    `bounces` diffuse interreflections of `light` have it and the colours of the scene inside. `sets` are those of mesh.unwrap.
+    `rays` a texel default to settings.Texture, fewer for many texels. Raises SdfprtError for an SDF, for a mesh that cannot be
+    unwrapped, for bounces without a light or without shadows, and for more textures than an array or the memory holds.
     """
     if not isinstance(scene, MeshScene):
         raise SdfprtError(f"{scene.file}: texture storage needs a mesh; an SDF has no texture coordinates: use network storage")
+    if bounces < 0 or (bounces and (light is None or not shadowed)):
+        raise SdfprtError(f"bounces {bounces}: textures hold them for one light: give it, and shadowed transfer")
     uvs = [] if scene.uvs is None else [stages.digest(scene.uvs.astype(float).tolist())]
     parts = [stages.digest(scene.objects.tolist())] if sets != "one" else []
     own = [asdict(settings.Texture()), asdict(settings.Mesh()), resolution, sets, *uvs, *parts]
     key = stages.digest("texture", bands, rays, seed, shadowed, *own)
-    path = cached_path(scene, 0, key)
+    inside = [bounces, light_digest(light), scene.look, repr(scene.material)] if bounces and light is not None else []
+    path = cached_path(scene, 0, stages.digest(key, *inside))
     if not fresh and regular_file(path):
         try:
             return TextureTable.load(path, scene)
@@ -58,12 +67,13 @@ def bake_textures(
     atlas = _atlas(scene, resolution, sets, work / f"surface-{stages.digest(scene.hash, *own)}.npz")
     layers = _layers(scene, atlas)
     count = int(layers.max()) + 1
-    if (needed := count * -(-(bands**2) // 4)) > settings.Texture.layers:
+    if (needed := count * -(-(bands**2) // 4) * (4 if bounces else 1)) > settings.Texture.layers:
         raise SdfprtError(
             f"{scene.file}: {atlas.sheets} sets of textures need {needed} layers with {bands} bands, and an array has "
             f"{settings.Texture.layers}; use --sets one"
         )
-    check_memory(f"a bake of {count} textures of {resolution} x {resolution} texels", resolution**2 * (count * 6.0 * bands**2 + 64))
+    held = 6.0 * count * bands**2 * (4 if bounces else 1)  # bytes a texel: the layers, and what they are made of
+    check_memory(f"a bake of {count} textures of {resolution} x {resolution} texels", resolution**2 * (held + 64))
     sheets = [raster(scene, atlas, each, resolution) for each in range(atlas.sheets)]
 
     # Transfer of the texels of all layers, one after the other
@@ -77,15 +87,31 @@ def bake_textures(
         transfer = stages.samples(scene, drawn, Part(0, len(points), rays, False), folder, bands, seed)[2]
     else:
         transfer = unshadowed(normals, bands)
-    transfer = transfer.astype(np.float16)
 
     # Layers, each texel without a triangle as the nearest that has one
-    whole = np.zeros((count, resolution, resolution, bands**2), np.float16)
-    first = 0
-    for sheet, front, at in texels:
-        if len(at):
-            whole[layers[sheet, 0 if front else 1]] = _spread(transfer[first : first + len(at)], at, resolution)
-            first += len(at)
+    def layered(values: ndarray) -> ndarray:
+        whole = np.zeros((count, resolution, resolution, *values.shape[1:]), values.dtype)
+        first = 0
+        for sheet, front, at in texels:
+            if len(at):
+                whole[layers[sheet, 0 if front else 1]] = _spread(values[first : first + len(at)], at, resolution)
+                first += len(at)
+        return whole
+
+    whole = layered(transfer.astype(np.float16))
+    indirect, scale = None, 1.0
+    if bounces and light is not None:
+        albedo = np.concatenate([_albedo(scene, sheets[s], t) for s, _, t in texels])
+        of_face = np.where(np.stack([np.ones_like(scene.two_sided), scene.two_sided], 1), layers[atlas.sheet], -1).astype(np.int32)
+        irradiance, found = transfer @ light.sh(bands).astype(np.float32), np.zeros((len(points), 3, bands**2), np.float32)
+        for bounce in range(bounces):
+            sent = layered((albedo / np.pi * np.maximum(irradiance, 0)).astype(np.float32))
+            few = min(rays, budget.bounce_rays)
+            more = gathered(scene, points, normals, sent, atlas.uvs, of_face, bands, few, seed + bounce + 1)
+            found += more
+            irradiance = more[..., 0] * np.sqrt(4 * np.pi, dtype=np.float32)  # G_0 / y_0
+        scale = max(float(np.abs(found).max()), 1e-20)  # half floats hold neither a sun nor a night
+        indirect = layered((found / scale).astype(np.float16))
     info = {
         "rays": rays,
         "texels": len(points),
@@ -95,8 +121,10 @@ def bake_textures(
         "overlap": round(max(each.overlap for each in sheets), 6),
         "notes": list(atlas.notes),
     }
-    levels = _levels(sheets, resolution)
-    table = TextureTable(whole, layers, atlas.uvs, atlas.sheet, scene.hash, levels, shadowed, info, str(path))
+    if light is not None and bounces:
+        info |= {"bounces": bounces, "light": light.name}
+    known = layers, atlas.uvs, atlas.sheet, scene.hash, _levels(sheets, resolution), shadowed, info, str(path)
+    table = TextureTable(whole, *known, indirect, bounces, light_digest(light) if light is not None and bounces else "", scale)
     path.parent.mkdir(parents=True, exist_ok=True)
     table.save(path)
     return table
@@ -139,7 +167,14 @@ def _places(
     return points, shading_normals(scene, faces, weights, np.full(len(faces), front))
 
 
-def _spread(values: Float[ndarray, "t k"], texels: Int[ndarray, "t"], resolution: int) -> Float[ndarray, "h w k"]:
+def _albedo(scene: MeshScene, found: Raster, texels: Int[ndarray, "t"]) -> Float[ndarray, "t 3"]:
+    """Diffuse reflectance at texels; none where the material has no diffuse lobe."""
+    if not any(isinstance(lobe, Diffuse) for lobe in scene.material.lobes):
+        return np.zeros((len(texels), 3), np.float32)
+    return scene.albedo(found.faces.ravel()[texels], found.weights.reshape(-1, 2)[texels])
+
+
+def _spread(values: Float[ndarray, "t *k"], texels: Int[ndarray, "t"], resolution: int) -> Float[ndarray, "h w *k"]:
     """A whole layer from the values of some of its texels: the others have that of the nearest."""
     row = np.full(resolution * resolution, -1, np.int64)
     row[texels] = np.arange(len(texels))

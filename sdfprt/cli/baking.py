@@ -13,6 +13,7 @@ from sdfprt.cli.options import (
     Bounces,
     Cluster,
     HeldBy,
+    Layout,
     Reading,
     Resolution,
     SceneName,
@@ -21,9 +22,11 @@ from sdfprt.cli.options import (
     TextureSets,
     Transfer,
     Visibility,
+    Yaw,
     keep_apart,
     of_textures,
     picture,
+    read_light,
     verb,
 )
 from sdfprt.core import settings
@@ -62,6 +65,8 @@ def bake(
     transfer: Visibility = Transfer.shadowed,
     resolution: Resolution = None,
     sets: TextureSets = None,
+    light: Annotated[str | None, typer.Option("--light", help="That of --bounces in textures, which hold it.")] = None,
+    yaw: Yaw = 0.0,
     as_json: AsJson = False,
 ) -> None:
     """Precompute transfer and fit the network, or fill a mesh's vertices or textures; resumes where an earlier call was stopped."""
@@ -74,6 +79,10 @@ def bake(
             if value:
                 raise SdfprtError(f"--{name}: {storage.value} storage does not have it; leave it out")
 
+    if (light is not None or yaw) and not (storage is Storage.texture and bounces):
+        raise SdfprtError(
+            f"--light {light}, --yaw {yaw:g}: only --bounces of --storage texture have a light inside; leave them out"
+        )
     if output is not None:
         picture(output, (".safetensors",))
     keep_apart({"-o": output}, [scene])
@@ -94,6 +103,7 @@ def bake(
         storage=(storage or Storage.network).value,
         bounces=bounces,
         shadowed=transfer is Transfer.shadowed,
+        light=None if light is None else read_light(light, Layout.auto).rotated(yaw=yaw),
         **of_textures(storage, resolution, sets),
     )
     if output is not None:

@@ -144,7 +144,7 @@ Cluster = Annotated[
 ]
 Seed = Annotated[int, typer.Option("--seed", min=0, help="Of all that is drawn at random: the same seed, the same file.")]
 HeldBy = Annotated[Storage | None, typer.Option("--storage", help="What holds transfer; vertex, texture: of meshes.")]
-Bounces = Annotated[int, typer.Option("--bounces", min=0, help="Diffuse interreflections in vertex storage.")]
+Bounces = Annotated[int, typer.Option("--bounces", min=0, help="Diffuse interreflections, in vertex and texture storage.")]
 Visibility = Annotated[Transfer, typer.Option("--transfer", help="unshadowed: in vertex and texture storage.")]
 Resolution = Annotated[
     int | None, typer.Option("--resolution", help=f"Texels along a texture's side; default: {settings.Texture.resolution}.")
@@ -294,7 +294,8 @@ class Weights:
     resolution: Resolution = None
     sets: TextureSets = None
 
-    def read(self, scene: "AnyScene") -> Any:
+    def read(self, scene: "AnyScene", light: "Light | None" = None) -> Any:
+        """The asset; `light` is that of the picture, which interreflections in textures have inside."""
         from sdfprt.baking.asset import Asset
         from sdfprt.baking.sdf import bake
         from sdfprt.mesh.scene import MeshScene
@@ -304,6 +305,8 @@ class Weights:
             width = settings.Network.width if self.width is None else self.width
             own = {"storage": (self.storage or Storage.network).value, "bounces": self.bounces}
             own |= of_textures(self.storage, self.resolution, self.sets)
+            if self.storage is Storage.texture and self.bounces:
+                own |= {"light": light}
             return bake(scene, width=width, shadowed=self.transfer is Transfer.shadowed, **own)
         given = {"width": self.width, "storage": self.storage, "bounces": self.bounces or None}
         for flag, value in (given | {"resolution": self.resolution, "sets": self.sets}).items():

@@ -66,7 +66,7 @@ def render(
     light, material, camera = look.read_light().rotated(yaw=look.yaw), look.read_material(loaded), look.read_camera(loaded)
     found = frame(
         loaded,
-        weights.read(loaded),
+        weights.read(loaded, light),
         light,
         material=material,
         camera=camera,

@@ -167,6 +167,7 @@ class Texture:
     rays: int = 1024  # a texel, fewer where there are many
     budget: int = 300_000_000  # rays of all texels together that are aimed at
     least: int = 256  # rays a texel
+    bounce_rays: int = 256  # a texel and bounce, at most
     padding: int = 128  # charts lie a sheet's side divided by this apart
     pieces: int = 4096  # stretches of shared normals up to which a chart ends at each hard edge
     objects: int = 16  # that have a sheet each by `auto`

@@ -161,3 +161,28 @@ def shade(
         total += beside(lobe.specular) * reflected
         direct += beside(lobe.specular) * sunlight[1] if sunlight is not None else 0.0
     return xp.clip(total, 0, None) + direct  # cut-off series dip below zero
+
+
+def shade_sent(
+    sent: Float[ndarray, "n 3 k"],
+    normals: Float[ndarray, "n 3"],
+    outgoing: Float[ndarray, "n 3"],
+    material: Material,
+    result_bands: int | None = None,
+    albedo: Float[ndarray, "n 3"] | None = None,
+    exponent: Float[ndarray, "n"] | None = None,
+) -> Float[ndarray, "n 3"]:
+    """Radiance along `outgoing` of cosine-weighted light in SH, a channel each: albedo/pi G_0 / y_0, and sum_i g_l G_i y_i(R)."""
+    bands = round(sent.shape[2] ** 0.5)
+    results = min(result_bands or bands, bands)
+    total = np.zeros((len(sent), 3))
+    for lobe in material.lobes:
+        if isinstance(lobe, Diffuse):
+            total += (np.asarray(lobe.albedo) if albedo is None else albedo) * sent[:, :, 0] * (2 / np.sqrt(np.pi))
+            continue
+        mirrored = 2 * (normals * outgoing).sum(1)[:, None] * normals - outgoing
+        mirrored = mirrored / np.linalg.norm(mirrored, axis=1, keepdims=True)
+        factors = lobe_factors(lobe.exponent if exponent is None else exponent, results)[..., sh.band_of(results)]
+        weight = sh.basis(mirrored, results) * factors
+        total += np.asarray(lobe.specular) * (sent[:, :, : results**2] * weight[:, None]).sum(2)
+    return np.clip(total, 0, None)

@@ -161,6 +161,7 @@ def frame(
         asset.check(scene)
         by_shader = backend == "glsl" or (backend == "auto" and has_opengl())
         if isinstance(asset, TextureTable):
+            asset.check_light(light)
             return (texture_surface.draw if by_shader else texture_surface.draw_by_rays)(scene, asset, light, shot)
         shot.refuse_exact("vertex storage")
         return (vertex_surface.draw if by_shader else vertex_surface.draw_by_rays)(scene, asset, light, shot)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import moderngl
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Float16, Int
 from numpy import ndarray
 
 from sdfprt.core.errors import SdfprtError
@@ -42,8 +42,7 @@ class TextureBuffers:
             raise SdfprtError(
                 f"{scene.file}: textures of {side} x {side} texels; this driver takes {most}: bake by --resolution {most}"
             )
-        if len(table.transfer) * quads > layers:
-            needed = len(table.transfer) * quads
+        if (needed := len(table.transfer) * quads * (4 if table.bounces else 1)) > layers:
             raise SdfprtError(f"{scene.file}: {needed} layers of textures; this driver takes {layers}: use --sets one")
 
         # Vertices split where corners lie apart in the textures
@@ -62,14 +61,20 @@ class TextureBuffers:
         self.at = gl.buffer(unique[:, 2:].astype(np.float32).tobytes())
         self.layers = gl.buffer(table.layers[sheet].astype(np.int32).tobytes())
 
-        # Four coefficients a layer of the array
-        self.textures = gl.texture_array((side, side, len(table.transfer) * quads), 4, dtype="f2")
-        for layer, values in enumerate(table.transfer):
-            for quad in range(quads):
-                four = np.zeros((side, side, 4), np.float16)
-                some = values[..., 4 * quad : 4 * quad + 4]
-                four[..., : some.shape[2]] = some
-                self.textures.write(four.tobytes(), (0, 0, layer * quads + quad, side, side, 1))
+        # Four coefficients a layer of the array: transfer, then what is sent in each channel
+        blocks = [table.transfer[:, None]]
+        if table.indirect is not None:
+            blocks.append(np.moveaxis(table.indirect, 3, 1))
+        self.textures = gl.texture_array((side, side, needed), 4, dtype="f2")
+        at = 0
+        for layer in range(len(table.transfer)):
+            for values in (channel for block in blocks for channel in block[layer]):
+                for quad in range(quads):
+                    four = np.zeros((side, side, 4), np.float16)
+                    some = values[..., 4 * quad : 4 * quad + 4]
+                    four[..., : some.shape[2]] = some
+                    self.textures.write(four.tobytes(), (0, 0, at, side, side, 1))
+                    at += 1
         self.textures.repeat_x = self.textures.repeat_y = False
         if table.levels:
             self.textures.build_mipmaps(0, table.levels)
@@ -101,8 +106,15 @@ def draw(scene: MeshScene, table: TextureTable, light: Light, shot: Shot) -> Fra
         set_exact(program, given.exact)
     albedo, exponent, specular = mesh_surface.look_of(scene, material)
     samplers = {"transferTextures": SAMPLERS["transferTextures"], "sunDiffuse": _SUNS[0], "sunGlossy": _SUNS[1]}
-    by_lobes = ("specular", "sunDiffuse", "sunGlossy")
-    set_uniforms(program, by_lobes, specular=specular, sunlit=len(given.suns) > 0, **samplers)
+    by_lobes = ("sentScale", "specular", "lobeColour", "sunDiffuse", "sunGlossy")
+    values = {
+        "specular": specular,
+        "lobeColour": specular,
+        "sunlit": len(given.suns) > 0,
+        "bounced": table.bounces > 0,
+        "sentScale": table.scale,
+    }
+    set_uniforms(program, by_lobes, **values, **samplers)
 
     def lit(target: Target, tile: Tile) -> None:
         suns: list[moderngl.Texture] = []
@@ -147,7 +159,7 @@ def draw_by_rays(scene: MeshScene, table: TextureTable, light: Light, shot: Shot
         for first in range(0, len(values), _CHUNK):
             part = slice(first, first + _CHUNK)
             faces, weights = seen.faces[part], seen.weights[part]
-            transfer = looked_up(table, faces, weights, front[part])
+            transfer = looked_up(table, table.transfer, faces, weights, front[part])
             albedo = scene.albedo(faces, weights) if scene.has_albedo else None
             exponent = scene.exponent(faces) if scene.has_exponent else None
             normals, outgoing = seen.normals[part], -seen.directions[part]
@@ -165,6 +177,12 @@ def draw_by_rays(scene: MeshScene, table: TextureTable, light: Light, shot: Shot
                 given.exact,
                 suns,
             )
+            if table.indirect is not None:
+                flat = table.indirect.reshape(*table.transfer.shape[:3], -1)
+                sent = looked_up(table, flat, faces, weights, front[part]).reshape(len(faces), 3, -1) * table.scale
+                values[part] += shading.shade_sent(
+                    sent, normals, outgoing, shot.material, shot.lighting.result_bands, albedo, exponent
+                )
         return values
 
     pixels = by_rays(scene, light, shot, lit)
@@ -172,19 +190,23 @@ def draw_by_rays(scene: MeshScene, table: TextureTable, light: Light, shot: Shot
 
 
 def looked_up(
-    table: TextureTable, faces: Int[ndarray, "n"], weights: Float[ndarray, "n 2"], front: ndarray
-) -> Float[ndarray, "n k"]:
-    """Transfer at places on one side of triangles: bilinear, of the finest level."""
+    table: TextureTable,
+    values: Float16[ndarray, "l h w c"],
+    faces: Int[ndarray, "n"],
+    weights: Float[ndarray, "n 2"],
+    front: Bool[ndarray, "n"],
+) -> Float[ndarray, "n c"]:
+    """What texels hold, at places on one side of triangles: bilinear, of the finest level."""
     shares = np.column_stack([1 - weights.sum(1), weights])
     side = table.resolution
     at = (table.uvs[faces] * shares[..., None]).sum(1) * side - 0.5
     low = np.floor(at).astype(np.int64)
     part = (at - low).astype(np.float32)
     layer = table.layers[table.sheet[faces], np.where(front, 0, 1)]
-    found = np.zeros((len(faces), table.transfer.shape[3]), np.float32)
+    found = np.zeros((len(faces), values.shape[3]), np.float32)
     for dy in (0, 1):
         for dx in (0, 1):
             x, y = (low[:, 0] + dx).clip(0, side - 1), (low[:, 1] + dy).clip(0, side - 1)
             weight = (part[:, 0] if dx else 1 - part[:, 0]) * (part[:, 1] if dy else 1 - part[:, 1])
-            found += weight[:, None] * table.transfer[layer, y, x]
+            found += weight[:, None] * values[layer, y, x]
     return found

@@ -18,6 +18,12 @@ layout(std140) uniform GlossyLight {                 // M_ki = sum_j tau_ijk L_j
 };
 #endif
 
+// g_l = sqrt(4 pi/(2l+1)) f_l of (s+2)/(2 pi) cos^s.
+void lobeFactors(float s, out float g[RESULT_BANDS]) {
+    g[0] = (s + 2.0) / (s + 1.0);
+    for (int l = 1; l < RESULT_BANDS; l++) g[l] = l == 1 ? 1.0 : g[l - 2] * (s - float(l) + 2.0) / (s + float(l) + 1.0);
+}
+
 #ifdef EXACT_LIGHT
 vec2 latlong(vec3 d);
 
@@ -42,12 +48,6 @@ vec3 exactGloss(vec4 transfer[OUTPUTS], vec3 r, float s) {
     return sum;
 }
 #else
-// g_l = sqrt(4 pi/(2l+1)) f_l of (s+2)/(2 pi) cos^s.
-void lobeFactors(float s, out float g[RESULT_BANDS]) {
-    g[0] = (s + 2.0) / (s + 1.0);
-    for (int l = 1; l < RESULT_BANDS; l++) g[l] = l == 1 ? 1.0 : g[l - 2] * (s - float(l) + 2.0) / (s + float(l) + 1.0);
-}
-
 // sum_k y_k H_k, H the product of light and transfer.
 vec3 glossy(vec4 transfer[OUTPUTS], float y[4 * RESULTS]) {
     vec3 sum = vec3(0.0);

@@ -1,5 +1,7 @@
 // Texture storage: transfer of the side that is seen from its texture, light times transfer in each fragment.
 vec3 shade(vec3 n, vec3 o, vec4 transfer[OUTPUTS], vec3 base, float s);
+void lobeFactors(float s, out float g[RESULT_BANDS]);
+void weightedBasis(vec3 d, float weights[RESULT_BANDS], out float y[4 * RESULTS]);
 vec3 sunShade(vec3 base, vec3 diffuse, vec3 glossy);
 in vec3 worldPoint;
 in vec3 worldNormal;
@@ -17,11 +19,36 @@ uniform sampler2DArray transferTextures;  // OUTPUTS layers of four coefficients
 uniform bool sunlit;             // whether discs of the light go by rays
 uniform sampler2D sunDiffuse;    // their sums, of a pass before this
 uniform sampler2D sunGlossy;
+uniform vec3 lobeColour;         // of the glossy lobe
+uniform bool bounced;            // whether 3 * OUTPUTS layers of what other surfaces send follow those of transfer
+uniform float sentScale;         // their unit
 layout(location = 0) out vec4 radiance;
+
+// What other surfaces send, G in SH, times the material: albedo/pi G_0 / y_0, and sum_i g_l G_i y_i(R).
+vec3 indirect(int first, float level, vec3 n, vec3 o, vec3 base) {
+    vec3 sum = vec3(0.0);
+    float y[4 * RESULTS];
+#if LOBES != 1
+    float g[RESULT_BANDS];
+    lobeFactors(finishExponent, g);
+    weightedBasis(reflect(-o, n), g, y);
+#endif
+    for (int c = 0; c < 3; c++)
+        for (int i = 0; i < OUTPUTS; i++) {
+            vec4 sent = textureLod(transferTextures, vec3(transferAt, float(first + c * OUTPUTS + i)), level);
+#if LOBES != 2
+            if (i == 0) sum[c] += base[c] * 1.12837916709551 * sent.x;  // 1 / (pi y_0)
+#endif
+#if LOBES != 1
+            if (i < RESULTS) sum[c] += lobeColour[c] * dot(sent, vec4(y[4 * i], y[4 * i + 1], y[4 * i + 2], y[4 * i + 3]));
+#endif
+        }
+    return max(sentScale * sum, vec3(0.0));
+}
 
 void main() {
     vec2 level = textureQueryLod(transferTextures, transferAt);  // by derivatives, so before any branch
-    int first = (gl_FrontFacing ? layersHere.x : layersHere.y) * OUTPUTS;
+    int first = (gl_FrontFacing ? layersHere.x : layersHere.y) * OUTPUTS * (bounced ? 4 : 1);
     radiance = vec4(0.0, 0.0, 0.0, 1.0);
     if (!gl_FrontFacing && !twoSided) return;  // a closed body seen from inside is dark
     vec4 transfer[OUTPUTS];
@@ -29,7 +56,9 @@ void main() {
     vec3 colour = finishAlbedo * vertexPaint;
     if (painted) colour *= textureLod(picture, vec2(pictureAt.x, 1.0 - pictureAt.y), 0.0).rgb;
     vec3 n = normalize(gl_FrontFacing ? worldNormal : -worldNormal);
-    radiance.rgb = shade(n, normalize(eye - worldPoint), transfer, colour, finishExponent);
+    vec3 o = normalize(eye - worldPoint);
+    radiance.rgb = shade(n, o, transfer, colour, finishExponent);
+    if (bounced) radiance.rgb += indirect(first + OUTPUTS, level.x, n, o, colour);
     ivec2 at = ivec2(gl_FragCoord.xy);
     if (sunlit) radiance.rgb += sunShade(colour, texelFetch(sunDiffuse, at, 0).rgb, texelFetch(sunGlossy, at, 0).rgb);
 }

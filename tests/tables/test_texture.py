@@ -152,7 +152,7 @@ def test_a_floor_of_two_triangles_shows_the_shadow_that_stands_on_it() -> None:
     normals = np.tile(np.array([0, 1, 0], np.float32), (300, 1))
     points = made.interpolated(made.vertices, faces, weights).astype(np.float32)
     exact, noisy = compute_transfer(made, points, normals, 4, 4096), compute_transfer(made, points, normals, 4, 256)
-    found = looked_up(table, faces, weights, up)
+    found = looked_up(table, table.transfer, faces, weights, up)
     assert exact[:, 0].min() < 0.6 * exact[:, 0].max()
     away, noise = (np.sqrt(((values - exact) ** 2).mean()) for values in (found, noisy))
     assert away < 1.2 * noise  # texels are as good as their rays are
@@ -174,6 +174,48 @@ def test_shader_and_numpy_and_both_products_draw_one_picture(material: Diffuse |
     assert np.abs(product.rgb - papers.rgb).max() < 1e-4
 
 
+def test_bounces_fill_a_white_furnace_step_by_step() -> None:
+    """In a bowl of albedo a whose every place sees the same share s of it, white light gives a (1 - s) sum (a s)^n."""
+    whole = trimesh.creation.icosphere(4)
+    low = whole.faces[(whole.vertices[whole.faces][..., 1] < 1e-9).all(1)]
+    albedo = (1.0, 0.5, 0.2)
+    made = replace(scene(trimesh.Trimesh(whole.vertices, low[:, ::-1], process=False)), material=Diffuse(albedo))
+    a, b, c = (made.vertices[made.faces[:, k]].astype(float) for k in range(3))
+    share = float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2) / (4 * np.pi)
+    white = Light(np.ones((8, 16, 3), np.float32), "white")
+    camera = Camera(eye=(0, 3, 0.01), target=(0, 0, 0))
+    for bounces in (1, 3):
+        table = bake(made, storage="texture", bounces=bounces, light=white, resolution=64, bands=3, rays=256)
+        for backend in ("glsl", "warp"):
+            drawn = frame(made, table, white, Diffuse(albedo), camera, (24, 24), gloss="sh", suns="off", backend=backend)
+            exact = [a * (1 - share) * sum((a * share) ** n for n in range(bounces + 1)) for a in albedo]
+            np.testing.assert_allclose(drawn.rgb[9:15, 9:15].mean((0, 1)), exact, rtol=0.01)  # facets, and a jagged rim
+
+
+def test_glossy_bounces_are_the_same_by_shader_and_by_numpy() -> None:
+    made = scene(ball(0.5, (0, 0.02, 0), 3), square(1.0, -0.5, 1))
+    table = replace(bake(made, storage="texture", bounces=1, light=STUDIO, resolution=64, bands=3, rays=64), levels=0)
+    direct = bake(made, storage="texture", resolution=64, bands=3, rays=64)
+    material = DiffusePhong((0.5, 0.4, 0.3), 9.0, (0.3, 0.3, 0.3))
+    for gloss, tolerance in (("sh", 1e-5), ("exact", 1e-3)):  # the maps of exact gloss are looked up in other precisions
+        same = {"size": (32, 32), "gloss": gloss, "suns": "off"}
+        drawn, by_rays = (frame(made, table, STUDIO, material, backend=name, **same) for name in ("glsl", "warp"))
+        both = (drawn.alpha > 0) & (by_rays.alpha > 0)
+        assert np.median(np.abs(drawn.rgb - by_rays.rgb)[both]) < tolerance
+        assert drawn.rgb[both].mean() > 1.01 * frame(made, direct, STUDIO, material, **same).rgb[both].mean()
+
+
+def test_interreflections_belong_to_one_light(tmp_path: Path) -> None:
+    made = scene(ball(0.5, level=2), square(1.0, -0.5, 1))
+    bake(made, storage="texture", bounces=1, light=STUDIO, resolution=32, bands=2, rays=16).save(tmp_path / "t.safetensors")
+    table = TextureTable.load(tmp_path / "t.safetensors", made)
+    assert table.bounces == 1 and table.indirect is not None
+    frame(made, table, STUDIO, size=(8, 8))
+    for other in (Light.load("overcast"), STUDIO.rotated(yaw=30)):
+        with pytest.raises(SdfprtError, match="interreflections are of the light studio"):
+            frame(made, table, other, size=(8, 8))
+
+
 def test_unshadowed_transfer_is_the_clamped_cosine() -> None:
     made = scene(ball(0.5, level=3))
     table = bake(made, storage="texture", resolution=64, shadowed=False)
@@ -181,7 +223,7 @@ def test_unshadowed_transfer_is_the_clamped_cosine() -> None:
     weights = np.full((len(faces), 2), 1 / 3, np.float32)
     normals = mesh_rays.shading_normals(made, faces, weights, np.ones(len(faces), bool))
     exact = unshadowed(normals, 5)
-    assert np.abs(looked_up(table, faces, weights, np.ones(len(faces), bool)) - exact).max() < 0.03
+    assert np.abs(looked_up(table, table.transfer, faces, weights, np.ones(len(faces), bool)) - exact).max() < 0.03
     assert table.bands == 5 and sh.band_of(5).max() == 4
 
 
@@ -226,7 +268,7 @@ def test_what_textures_cannot_do_is_refused() -> None:
         bake(made, storage="texture", sets="many", resolution=32)
     with pytest.raises(SdfprtError, match="resolution"):
         bake(made, storage="texture", resolution=0)
-    with pytest.raises(SdfprtError, match="textures hold direct light"):
+    with pytest.raises(SdfprtError, match="for one light: give it"):
         bake(made, storage="texture", bounces=1)
     many = scene(*(square(0.1, 0.1 * k, 1) for k in range(100)))
     with pytest.raises(SdfprtError, match="use --sets one"):

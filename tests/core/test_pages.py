@@ -73,8 +73,9 @@ def test_the_policy_names_the_scripts_own_hash_and_allows_nothing_inline():
 def test_the_reports_page_escapes_what_it_is_told():
     section = {"title": "<i>", "figures": [{"pictures": ["data:image/png;base64,"], "caption": "<img>", "numbers": "<b>"}]}
     row = report.BandRow("<s>", 4, 4, 4, 30.0, 0.1, 1.0)
-    found = Elements(report._page("<u>", "<em>", [], [row], [section]))
-    assert {"i", "b", "s", "u", "em"}.isdisjoint(tag for tag, _ in found.seen)
+    way = report.WayRow("<tt>", "<s>", 30.0, 0.1, 0.2)
+    found = Elements(report._page("<u>", "<em>", [], [row], [way], [section]))
+    assert {"i", "b", "s", "u", "em", "tt"}.isdisjoint(tag for tag, _ in found.seen)
     assert [tag for tag, _ in found.seen].count("img") == 1
 
 

@@ -226,10 +226,14 @@ _HLSL_NAMES = {"lerp": "mix", "frac": "fract", "rsqrt": "inversesqrt", "ddx": "d
 _HLSL_MACROS = ("saturate", "mul", "fmod", "rcp", "mad", "log10", "sincos")
 
 
+_OWN_TYPE = re.compile(r"\b(?:struct|float|int|uint|bool|[biu]?vec[234]|mat[234])\s+(\w+)\s*[({]")  # functions and structs of GLSL
+
+
 def _is_hlsl(text: str) -> bool:
     """Whether its types are HLSL's, and it does not say itself what they are."""
-    found = _HLSL_ONLY.search(code_only(text))
-    return bool(found) and not any(_HLSL_TYPE.fullmatch(name) for name in macros(text))
+    code = code_only(text)
+    own = {*macros(text), *_OWN_TYPE.findall(code)}
+    return bool(_HLSL_ONLY.search(code)) and not any(_HLSL_TYPE.fullmatch(name) for name in own)
 
 
 def _hlsl(text: str) -> str:

@@ -68,8 +68,10 @@ def test_textures_agree_with_opengl(body: str) -> None:
 def test_samplers_that_cannot_be_read_are_named() -> None:
     with pytest.raises(SdfprtError, match="sampler 'other' has no data"):
         _ = Scene(glsl="uniform sampler3D other; float sdf(vec3 p) { return texture(other, p).r; }").native
-    with pytest.raises(SdfprtError, match="other than sampler2D and sampler3D"):
+    with pytest.raises(SdfprtError, match="sampler 'sky' has no data"):
         _ = Scene(glsl="uniform samplerCube sky; float sdf(vec3 p) { return texture(sky, p).r; }").native
+    with pytest.raises(SdfprtError, match="other than sampler2D and sampler3D"):
+        _ = Scene(glsl="uniform sampler2DArray sky; float sdf(vec3 p) { return texture(sky, p).r; }").native
     with pytest.raises(SdfprtError, match="must be 3D"):
         Scene(glsl="float sdf(vec3 p) { return 1.0; }", textures={"noise": NOISE[0]})
 

@@ -52,7 +52,9 @@ def bake_vertices(
             pass  # damaged: made again
     points, normals, back = rows(scene)
     if shadowed:
-        work = cache_folder() / WORK / f"vertices-{stages.digest(scene.hash, bands, rays, seed, asdict(settings.Mesh()))}"
+        work = (
+            cache_folder() / WORK / f"transfer-{stages.digest('vertices', scene.hash, bands, rays, seed, asdict(settings.Mesh()))}"
+        )
         drawn = {"points": points, "normals": normals}
         _, _, direct = stages.samples(scene, drawn, Part(0, count, rays, False), work, bands, seed)
     else:

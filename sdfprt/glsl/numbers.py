@@ -12,12 +12,14 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from sdfprt.glsl.spirv import Function, Instruction, Module
+from sdfprt.glsl.spirv import Function, Instruction, Module, extended_name
 from sdfprt.glsl.structure import If, Loop, Node, Switch, instructions, structure
 
-# GLSL.std.450: what always gives a number, and what may give none for some number
-_TAME = {5, 6, 7, 48, 49}  # abs and sign of integers, sign, step, smoothstep
-_WILD = {16, 17, 19, 20, 23, 24, 27, 28, 29, 30, 32, 34, 52, 53, 62, 69}  # asin acos … exp log … inversesqrt … normalize
+# Extended instructions: what always gives a number, and what may give none for some number
+_TAME = {"SAbs", "FSign", "SSign", "Step", "SmoothStep"}
+_WILD = {"Asin", "Acos", "Sinh", "Cosh", "Acosh", "Atanh", "Exp", "Log", "Exp2", "Log2", "InverseSqrt", "MatrixInverse"}
+_WILD |= {"FrexpStruct", "Ldexp", "UnpackHalf2x16", "Normalize"}
+_MAX = ("FMax", "NMax")
 _PRODUCTS = {"FMul", "Dot", "VectorTimesScalar", "VectorTimesMatrix", "MatrixTimesVector", "MatrixTimesMatrix", "MatrixTimesScalar"}
 
 
@@ -121,17 +123,17 @@ class _Flow:
                 self.products.append(i)
 
     def _extended(self, i: Instruction, roots: dict[int, int], looped: bool) -> None:
-        number, operands = i.operands[1], i.operands[2:]
-        root = number == 31 and not self._positive(operands[0])
-        power = number == 26 and not all(value.is_integer() and value >= 0 for value in self._constant(operands[1]) or [-1.0])
-        if number in _WILD or root or power:
+        name, operands = extended_name(i), i.operands[2:]
+        root = name == "Sqrt" and not self._positive(operands[0])
+        power = name == "Pow" and not all(value.is_integer() and value >= 0 for value in self._constant(operands[1]) or [-1.0])
+        if name in _WILD or root or power:
             self.sources.add(i.result)
-        elif number == 35:  # modf
+        elif name == "Modf":
             self._edge(operands[:1], roots[operands[1]], looped)
             self._edge(operands[:1], i.result, looped)
-        elif number in (43, 81):  # between two numbers is a number
+        elif name in ("FClamp", "NClamp"):  # between two numbers is a number
             self._edge(operands[1:], i.result, looped)
-        elif number not in _TAME:
+        elif name not in _TAME:
             self._edge(operands, i.result, looped)
 
     def _numbers(self, c: Instruction) -> list[float]:
@@ -158,7 +160,7 @@ class _Flow:
             return bool(self.before[key]) and all(self._never_zero(source, asked) for source in self.before[key])
         if i.op == "FAdd":
             return all(map(self._positive, i.operands)) and any(self._never_zero(o, asked) for o in i.operands)
-        if i.op == "ExtInst" and i.operands[1] in (40, 80):
+        if extended_name(i) in _MAX:
             return any(self._positive(o) and self._never_zero(o, asked) for o in i.operands[2:])
         return False
 
@@ -174,8 +176,8 @@ class _Flow:
         if i.op == "FAdd":
             return all(map(self._positive, i.operands))
         if i.op == "ExtInst":
-            number, operands = i.operands[1], i.operands[2:]
-            return number in (4, 10, 66, 67) or (number in (40, 80) and any(map(self._positive, operands)))
+            name, operands = extended_name(i), i.operands[2:]
+            return name in ("FAbs", "Fract", "Length", "Distance") or (name in _MAX and any(map(self._positive, operands)))
         return False
 
     def _same(self, a: int, b: int) -> bool:

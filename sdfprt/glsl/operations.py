@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sdfprt.core.errors import SdfprtError
+from sdfprt.glsl.spirv import Instruction, extended_name
 
 if TYPE_CHECKING:
-    from sdfprt.glsl.spirv import Instruction
     from sdfprt.glsl.to_cpp import Translator
 
 
@@ -78,17 +78,17 @@ _COMPARE = {  # (function, swapped, negated)
 _PAIRS = ("IAddCarry", "ISubBorrow", "UMulExtended", "SMulExtended")
 _SIGN = {"lt": "<", "le": "<=", "eq": "=="}
 _UNARY_EXT = {
-    1: "round_away", 2: "round_even", 3: "trunc", 4: "abs", 6: "sign", 8: "floor", 9: "ceil", 10: "fract", 13: "sin",
-    14: "cos", 15: "tan", 16: "asin", 17: "acos", 18: "atan", 19: "sinh", 20: "cosh", 21: "tanh", 22: "asinh",
-    23: "acosh", 24: "atanh", 27: "exp", 28: "log", 29: "exp2", 30: "log2", 31: "sqrt", 32: "rsqrt", 73: "find_lsb",
-    74: "find_smsb", 75: "find_umsb",
+    "Round": "round_away", "RoundEven": "round_even", "Trunc": "trunc", "FAbs": "abs", "FSign": "sign", "Floor": "floor",
+    "Ceil": "ceil", "Fract": "fract", "Sin": "sin", "Cos": "cos", "Tan": "tan", "Asin": "asin", "Acos": "acos", "Atan": "atan",
+    "Sinh": "sinh", "Cosh": "cosh", "Tanh": "tanh", "Asinh": "asinh", "Acosh": "acosh", "Atanh": "atanh", "Exp": "exp",
+    "Log": "log", "Exp2": "exp2", "Log2": "log2", "Sqrt": "sqrt", "InverseSqrt": "rsqrt", "FindILsb": "find_lsb",
+    "FindSMsb": "find_smsb", "FindUMsb": "find_umsb",
 }  # fmt: skip
 _BINARY_EXT = {
-    25: "atan2", 38: "umin", 39: "imin", 41: "umax", 42: "imax", 48: "step", 53: "ldexp",
+    "Atan2": "atan2", "UMin": "umin", "SMin": "imin", "UMax": "umax", "SMax": "imax", "Step": "step", "Ldexp": "ldexp",
 }  # fmt: skip
-
-
-_LEAST = {37: "min", 79: "min", 40: "max", 80: "max"}
+_TERNARY_EXT = {"SmoothStep": "smoothstep", "Fma": "fma"}
+_LEAST = {"FMin": "min", "NMin": "min", "FMax": "max", "NMax": "max"}
 
 
 class _Build:
@@ -382,14 +382,9 @@ def _compare(op: str, x: Leaf, y: Leaf, uniform: bool, temp: Temp) -> Leaf:
     return temp("b", False, f"~{text}" if negated else text)
 
 
-def writes_memory(number: int) -> bool:
-    """modf and frexp hand their second result back through a pointer."""
-    return number in (35, 51)
-
-
-def split(number: int, values: list[Leaf], temp: Temp) -> tuple[list[Leaf], list[Leaf]]:
-    """(result, value behind the pointer) of modf (35) and frexp (51)."""
-    if number == 35:
+def split(i: Instruction, values: list[Leaf], temp: Temp) -> tuple[list[Leaf], list[Leaf]]:
+    """(result, second result, as behind the pointer) of modf and frexp."""
+    if extended_name(i).startswith("Modf"):
         whole = [temp("f", False, f"trunc({vary(x)})") for x in values]
         return [temp("f", False, f"{vary(x)} - {w.name}") for x, w in zip(values, whole, strict=True)], whole
     return (
@@ -398,9 +393,12 @@ def split(number: int, values: list[Leaf], temp: Temp) -> tuple[list[Leaf], list
     )
 
 
-# Number of the function -> bits of a part, and what a part is
-_PACKED = {54: (8, "snorm"), 55: (8, "unorm"), 56: (16, "snorm"), 57: (16, "unorm"), 58: (16, "half")}
-_UNPACKED = {60: (16, "snorm"), 61: (16, "unorm"), 62: (16, "half"), 63: (8, "snorm"), 64: (8, "unorm")}
+# Bits of a part, and what a part is
+_PACKED = {
+    "PackSnorm4x8": (8, "snorm"), "PackUnorm4x8": (8, "unorm"), "PackSnorm2x16": (16, "snorm"), "PackUnorm2x16": (16, "unorm"),
+    "PackHalf2x16": (16, "half"),
+}  # fmt: skip
+_UNPACKED = {f"Un{name[0].lower()}{name[1:]}": part for name, part in _PACKED.items()}
 
 
 def _pack(parts: list[Leaf], bits: int, kind: str, temp: Temp) -> Leaf:
@@ -447,87 +445,103 @@ def _unpack(word: Leaf, bits: int, kind: str, temp: Temp) -> list[Leaf]:
 
 def _extended(owner: Translator, i: Instruction, values: dict[int, list[Leaf]], temp: Temp) -> list[Leaf]:
     """GLSL.std.450."""
-    number, arguments = i.operands[1], [values[o] for o in i.operands[2:]]
-    kinds = owner.leaves(i.type)
-    b = _Build(temp)
-    first = arguments[0]
-    if number in _UNARY_EXT:
-        out = []
-        for x, kind in zip(first, kinds, strict=True):
-            wants = {73: "u", 74: "i", 75: "u"}.get(number, "f")
-            makes = "f" if wants == "f" else "i"
-            out.append(temp(kind, False, _cast(f"{_UNARY_EXT[number]}({_as(x, wants)})", makes, kind)))
-        return out
-    if number == 5:
-        return [temp(k, False, f"imax({vary(x)}, -{vary(x)})") for x, k in zip(first, kinds, strict=True)]
-    if number == 7:
-        return [temp("i", False, f"imax(imin({vary(x)}, splat(1)), splat(-1))") for x in first]
-    if number in (11, 12):
-        factor = "0.0174532925f" if number == 11 else "57.2957795f"
-        return [b.f(f"{vary(x)} * {factor}") for x in first]
-    if number in (36, 52):  # the same as structs
-        one, two = split(35 if number == 36 else 51, first, temp)
+    name, arguments, kinds = extended_name(i), [values[o] for o in i.operands[2:]], owner.leaves(i.type)
+    tame = [o not in owner.wild for o in i.operands[2:]]
+    first, b = arguments[0], _Build(temp)
+    if name in ("ModfStruct", "FrexpStruct"):
+        one, two = split(i, first, temp)
         return [*one, *two]
-    if number in _BINARY_EXT:
-        name = _BINARY_EXT[number]
-        return [temp(k, False, f"{name}({vary(x)}, {vary(y)})") for x, y, k in zip(*arguments, kinds, strict=True)]
-    if number in _LEAST:
-        tame = [operand not in owner.wild for operand in i.operands[2:4]]
-        return [b.least(_LEAST[number], x, y, *tame) for x, y in zip(*arguments, strict=True)]
-    if number in (43, 81):
-        _, low, high = (operand not in owner.wild for operand in i.operands[2:5])
-        return [b.least("min", b.least("max", x, lo, False, low), hi, low, high) for x, lo, hi in zip(*arguments, strict=True)]
-    if number in (44, 45):
-        low, high = {44: ("umax", "umin"), 45: ("imax", "imin")}[number]
-        return [
-            temp(k, False, f"{high}({low}({vary(x)}, {vary(lo)}), {vary(hi)})")
-            for x, lo, hi, k in zip(*arguments, kinds, strict=True)
-        ]
-    if number == 46:  # by a constant 0 or 1 one of the two, whatever the other is, as drivers have it
-        ends = {0.0: 0, 1.0: 1}
-        return [
-            (x, y)[ends[value]] if (value := value_of(t)) in ends else b.f(f"mix({vary(x)}, {vary(y)}, {vary(t)})")
-            for x, y, t in zip(*arguments, strict=True)
-        ]
-    if number == 26:
-        return [b.power(x, y) for x, y in zip(*arguments, strict=True)]
-    if number == 49:
-        return [b.f(f"smoothstep({vary(lo)}, {vary(hi)}, {vary(x)})") for lo, hi, x in zip(*arguments, strict=True)]
-    if number == 50:
-        return [b.f(f"fma({vary(x)}, {vary(y)}, {vary(z)})") for x, y, z in zip(*arguments, strict=True)]
-    if number in (33, 34):
-        size = round(len(first) ** 0.5)
-        matrix = [first[c * size : (c + 1) * size] for c in range(size)]
-        return [b.determinant(matrix)] if number == 33 else b.inverse(matrix)
-    if number == 66:
-        return [b.f(f"abs({vary(first[0])})") if len(first) == 1 else b.f(f"sqrt({b.dot(first, first).name})")]
-    if number == 67:
-        gap = b.sub(first, arguments[1])
-        return [b.f(f"sqrt({b.dot(gap, gap).name})")]
-    if number == 68:
-        a, c = first, arguments[1]
-        order = ((1, 2), (2, 0), (0, 1))
-        return [b.f(f"{vary(a[p])} * {vary(c[q])} - {vary(a[q])} * {vary(c[p])}") for p, q in order]
-    if number == 69:
-        inverse = b.f(f"1.0f / sqrt({b.dot(first, first).name})")
-        return [b.f(f"{vary(x)} * {inverse.name}") for x in first]
-    if number == 70:
-        side = temp("b", False, f"lt({b.dot(arguments[2], arguments[1]).name}, splat(0.0f))")
-        return [b.f(f"sel({side.name}, {vary(x)}, -{vary(x)})") for x in first]
-    if number == 71:
-        twice = b.f(f"2.0f * {b.dot(arguments[1], first).name}")
-        return [b.f(f"{vary(x)} - {twice.name} * {vary(n)}") for x, n in zip(first, arguments[1], strict=True)]
-    if number == 72:
-        eta, cosine = vary(arguments[2][0]), b.dot(arguments[1], first).name
-        k = b.f(f"1.0f - {eta} * {eta} * (1.0f - {cosine} * {cosine})").name
-        along = b.f(f"{eta} * {cosine} + sqrt(max({k}, splat(0.0f)))").name
-        inside = temp("b", False, f"lt({k}, splat(0.0f))").name
-        return [
-            b.f(f"sel({inside}, splat(0.0f), {eta} * {vary(x)} - {along} * {vary(n)})")
-            for x, n in zip(first, arguments[1], strict=True)
-        ]
-    if number in _PACKED:
-        return [_pack(first, *_PACKED[number], temp)]
-    if number in _UNPACKED:
-        return _unpack(first[0], *_UNPACKED[number], temp)
-    raise SdfprtError(f"an SDF cannot use this function of GLSL (GLSL.std.450 number {number})")
+    if name in _PACKED:
+        return [_pack(first, *_PACKED[name], temp)]
+    if name in _UNPACKED:
+        return _unpack(first[0], *_UNPACKED[name], temp)
+    if name in _GEOMETRY:
+        return _GEOMETRY[name](b, *arguments)
+    return [_component(name, parts, kind, tame, b) for *parts, kind in zip(*arguments, kinds, strict=True)]
+
+
+def _component(name: str, parts: list[Leaf], kind: str, tame: list[bool], b: _Build) -> Leaf:
+    """One component of a function that takes its arguments component by component; `tame` says which are always numbers."""
+    x, texts = parts[0], [vary(part) for part in parts]
+    if name in _UNARY_EXT:
+        wants = {"FindILsb": "u", "FindSMsb": "i", "FindUMsb": "u"}.get(name, "f")
+        return b.temp(kind, False, _cast(f"{_UNARY_EXT[name]}({_as(x, wants)})", "f" if wants == "f" else "i", kind))
+    if name in _BINARY_EXT or name in _TERNARY_EXT:
+        return b.temp(kind, False, f"{_BINARY_EXT.get(name) or _TERNARY_EXT[name]}({', '.join(texts)})")
+    if name in _LEAST:
+        return b.least(_LEAST[name], x, parts[1], *tame)
+    match name:
+        case "SAbs":
+            return b.temp(kind, False, f"imax({texts[0]}, -{texts[0]})")
+        case "SSign":
+            return b.temp("i", False, f"imax(imin({texts[0]}, splat(1)), splat(-1))")
+        case "Radians":
+            return b.f(f"{texts[0]} * 0.0174532925f")
+        case "Degrees":
+            return b.f(f"{texts[0]} * 57.2957795f")
+        case "Pow":
+            return b.power(x, parts[1])
+        case "FClamp" | "NClamp":
+            return b.least("min", b.least("max", x, parts[1], False, tame[1]), parts[2], tame[1], tame[2])
+        case "UClamp" | "SClamp":
+            u = "u" if name == "UClamp" else "i"
+            return b.temp(kind, False, f"{u}min({u}max({texts[0]}, {texts[1]}), {texts[2]})")
+        case "FMix":  # by a constant 0 or 1 one of the two, whatever the other is, as drivers have it
+            by = value_of(parts[2])
+            return parts[int(by)] if by in (0.0, 1.0) else b.f(f"mix({', '.join(texts)})")
+    raise SdfprtError(f"an SDF cannot use this function of GLSL (GLSL.std.450's {name})")
+
+
+# Vectors and matrices as a whole
+
+
+def _square(matrix: list[Leaf]) -> list[list[Leaf]]:
+    """Its columns."""
+    size = round(len(matrix) ** 0.5)
+    return [matrix[c * size : (c + 1) * size] for c in range(size)]
+
+
+def _length(b: _Build, x: list[Leaf]) -> list[Leaf]:
+    return [b.f(f"abs({vary(x[0])})") if len(x) == 1 else b.f(f"sqrt({b.dot(x, x).name})")]
+
+
+def _distance(b: _Build, x: list[Leaf], y: list[Leaf]) -> list[Leaf]:
+    gap = b.sub(x, y)
+    return [b.f(f"sqrt({b.dot(gap, gap).name})")]
+
+
+def _cross(b: _Build, x: list[Leaf], y: list[Leaf]) -> list[Leaf]:
+    order = ((1, 2), (2, 0), (0, 1))
+    return [b.f(f"{vary(x[p])} * {vary(y[q])} - {vary(x[q])} * {vary(y[p])}") for p, q in order]
+
+
+def _normalize(b: _Build, x: list[Leaf]) -> list[Leaf]:
+    inverse = b.f(f"1.0f / sqrt({b.dot(x, x).name})")
+    return [b.f(f"{vary(each)} * {inverse.name}") for each in x]
+
+
+def _face_forward(b: _Build, normal: list[Leaf], incident: list[Leaf], reference: list[Leaf]) -> list[Leaf]:
+    side = b.temp("b", False, f"lt({b.dot(reference, incident).name}, splat(0.0f))")
+    return [b.f(f"sel({side.name}, {vary(x)}, -{vary(x)})") for x in normal]
+
+
+def _reflect(b: _Build, incident: list[Leaf], normal: list[Leaf]) -> list[Leaf]:
+    twice = b.f(f"2.0f * {b.dot(normal, incident).name}")
+    return [b.f(f"{vary(x)} - {twice.name} * {vary(n)}") for x, n in zip(incident, normal, strict=True)]
+
+
+def _refract(b: _Build, incident: list[Leaf], normal: list[Leaf], ratio: list[Leaf]) -> list[Leaf]:
+    eta, cosine = vary(ratio[0]), b.dot(normal, incident).name
+    k = b.f(f"1.0f - {eta} * {eta} * (1.0f - {cosine} * {cosine})").name
+    along = b.f(f"{eta} * {cosine} + sqrt(max({k}, splat(0.0f)))").name
+    inside = b.temp("b", False, f"lt({k}, splat(0.0f))").name
+    return [
+        b.f(f"sel({inside}, splat(0.0f), {eta} * {vary(x)} - {along} * {vary(n)})") for x, n in zip(incident, normal, strict=True)
+    ]
+
+
+_GEOMETRY: dict[str, Callable[..., list[Leaf]]] = {
+    "Determinant": lambda b, x: [b.determinant(_square(x))], "MatrixInverse": lambda b, x: b.inverse(_square(x)),
+    "Length": _length, "Distance": _distance, "Cross": _cross, "Normalize": _normalize, "FaceForward": _face_forward,
+    "Reflect": _reflect, "Refract": _refract,
+}  # fmt: skip

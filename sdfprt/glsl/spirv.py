@@ -38,6 +38,20 @@ _OPCODES = {
     247: "SelectionMerge", 248: "Label", 249: "Branch", 250: "BranchConditional", 251: "Switch", 252: "Kill",
     253: "Return", 254: "ReturnValue", 255: "Unreachable",
 }  # fmt: skip
+# GLSL.std.450, the set of ExtInst that GLSL's own functions come from: names by number, as its specification has them
+_EXTENDED = {
+    1: "Round", 2: "RoundEven", 3: "Trunc", 4: "FAbs", 5: "SAbs", 6: "FSign", 7: "SSign", 8: "Floor", 9: "Ceil", 10: "Fract",
+    11: "Radians", 12: "Degrees", 13: "Sin", 14: "Cos", 15: "Tan", 16: "Asin", 17: "Acos", 18: "Atan", 19: "Sinh", 20: "Cosh",
+    21: "Tanh", 22: "Asinh", 23: "Acosh", 24: "Atanh", 25: "Atan2", 26: "Pow", 27: "Exp", 28: "Log", 29: "Exp2", 30: "Log2",
+    31: "Sqrt", 32: "InverseSqrt", 33: "Determinant", 34: "MatrixInverse", 35: "Modf", 36: "ModfStruct", 37: "FMin", 38: "UMin",
+    39: "SMin", 40: "FMax", 41: "UMax", 42: "SMax", 43: "FClamp", 44: "UClamp", 45: "SClamp", 46: "FMix", 47: "IMix",
+    48: "Step", 49: "SmoothStep", 50: "Fma", 51: "Frexp", 52: "FrexpStruct", 53: "Ldexp", 54: "PackSnorm4x8",
+    55: "PackUnorm4x8", 56: "PackSnorm2x16", 57: "PackUnorm2x16", 58: "PackHalf2x16", 59: "PackDouble2x32",
+    60: "UnpackSnorm2x16", 61: "UnpackUnorm2x16", 62: "UnpackHalf2x16", 63: "UnpackSnorm4x8", 64: "UnpackUnorm4x8",
+    65: "UnpackDouble2x32", 66: "Length", 67: "Distance", 68: "Cross", 69: "Normalize", 70: "FaceForward", 71: "Reflect",
+    72: "Refract", 73: "FindILsb", 74: "FindSMsb", 75: "FindUMsb", 76: "InterpolateAtCentroid", 77: "InterpolateAtSample",
+    78: "InterpolateAtOffset", 79: "NMin", 80: "NMax", 81: "NClamp",
+}  # fmt: skip
 _SILENT = {
     3,
     4,
@@ -83,6 +97,16 @@ class Instruction:
     type: int
     result: int
     operands: tuple[int, ...]
+
+
+def extended_name(i: Instruction) -> str:
+    """The name in GLSL.std.450 of what an ExtInst does; empty for every other instruction."""
+    return _EXTENDED.get(i.operands[1], f"number {i.operands[1]}") if i.op == "ExtInst" else ""
+
+
+def writes_memory(i: Instruction) -> bool:
+    """modf and frexp hand their second result back through a pointer."""
+    return extended_name(i) in ("Modf", "Frexp")
 
 
 @dataclass

@@ -15,7 +15,7 @@ from sdfprt.core.errors import SdfprtError
 from sdfprt.core.settings import Compile
 from sdfprt.glsl import numbers, operations
 from sdfprt.glsl.operations import Leaf, literal, vary
-from sdfprt.glsl.spirv import IMAGE, Instruction, Module, dimensions
+from sdfprt.glsl.spirv import IMAGE, Instruction, Module, dimensions, writes_memory
 from sdfprt.glsl.structure import Edge, Exit, If, Loop, Node, Straight, Switch, instructions
 from sdfprt.glsl.uniformity import Uniformity
 
@@ -489,8 +489,8 @@ class _Writer:
             self._store(self.pointers[i.operands[0]], self._load(self.pointers[i.operands[1]]), mask)
         elif i.op == "FunctionCall":
             self._call(i, mask)
-        elif i.op == "ExtInst" and operations.writes_memory(i.operands[1]):
-            first, second = operations.split(i.operands[1], self.values[i.operands[2]], self.temp)
+        elif writes_memory(i):
+            first, second = operations.split(i, self.values[i.operands[2]], self.temp)
             self._store(self.pointers[i.operands[3]], second, mask)
             self._result(i, first)
         else:

@@ -12,9 +12,8 @@ from collections import Counter
 import numpy as np
 
 from sdfprt.core.errors import SdfprtError
-from sdfprt.glsl.operations import writes_memory
 from sdfprt.glsl.powers import POWER, functions
-from sdfprt.glsl.spirv import Function, Instruction, Module
+from sdfprt.glsl.spirv import Function, Instruction, Module, extended_name, writes_memory
 from sdfprt.glsl.structure import Edge, Exit, If, Loop, Node, Straight, Switch, exits, instructions, structure
 from sdfprt.glsl.text import number
 
@@ -32,16 +31,16 @@ _COMPARE = {
 }  # fmt: skip
 _NAMED = {"FMod": "mod", "Dot": "dot", "OuterProduct": "outerProduct", "Transpose": "transpose", "Any": "any", "All": "all"}
 _NAMED |= {"IsNan": "isnan", "IsInf": "isinf"}
-_EXTENDED = dict(
-    enumerate(
-        "round roundEven trunc abs abs sign sign floor ceil fract radians degrees sin cos tan asin acos atan sinh cosh tanh asinh "
-        "acosh atanh atan pow exp log exp2 log2 sqrt inversesqrt determinant inverse".split(),
-        1,
-    )
+# Extended instructions that ES has: most under their own names, the others under one for several kinds
+_SAME = (
+    "Round Trunc Floor Ceil Fract Radians Degrees Sin Cos Tan Asin Acos Atan Sinh Cosh Tanh Asinh Acosh Atanh Exp Log Exp2 Log2 "
+    "Sqrt InverseSqrt Determinant Step SmoothStep Length Distance Cross Normalize FaceForward Reflect Refract"
 )
-_EXTENDED |= {37: "min", 38: "min", 39: "min", 40: "max", 41: "max", 42: "max", 43: "clamp", 44: "clamp", 45: "clamp", 46: "mix"}
-_EXTENDED |= {48: "step", 49: "smoothstep", 66: "length", 67: "distance", 68: "cross", 69: "normalize", 70: "faceforward"}
-_EXTENDED |= {71: "reflect", 72: "refract", 79: "min", 80: "max", 81: "clamp"}
+_EXTENDED = {name: name.lower() for name in _SAME.split()} | {
+    "RoundEven": "roundEven", "FAbs": "abs", "SAbs": "abs", "FSign": "sign", "SSign": "sign", "Atan2": "atan",
+    "MatrixInverse": "inverse", "FMix": "mix", "FMin": "min", "UMin": "min", "SMin": "min", "NMin": "min", "FMax": "max",
+    "UMax": "max", "SMax": "max", "NMax": "max", "FClamp": "clamp", "UClamp": "clamp", "SClamp": "clamp", "NClamp": "clamp",
+}  # fmt: skip
 # Of GLSL ES 3.10: scalar functions, what they take, their text
 _LATER = {
     "BitCount": ("u", "int NAME(uint x) { int n = 0; for (; x != 0u; x &= x - 1u) n++; return n; }"),
@@ -55,9 +54,9 @@ _LATER = {
         "uint NAME(uint x, uint y, int at, int n) { uint mask = n == 0 ? 0u : 0xffffffffu >> (32 - n) << at; "
         "return x & ~mask | y << at & mask; }",
     ),
-    73: ("u", "int NAME(uint x) { int n = -1; if (x != 0u) for (n = 0; (x & 1u) == 0u; x >>= 1) n++; return n; }"),
-    75: ("u", "int NAME(uint x) { int n = -1; for (; x != 0u; x >>= 1) n++; return n; }"),
-    74: ("i", "int NAME(int x) { uint y = uint(x < 0 ? ~x : x); int n = -1; for (; y != 0u; y >>= 1) n++; return n; }"),
+    "FindILsb": ("u", "int NAME(uint x) { int n = -1; if (x != 0u) for (n = 0; (x & 1u) == 0u; x >>= 1) n++; return n; }"),
+    "FindUMsb": ("u", "int NAME(uint x) { int n = -1; for (; x != 0u; x >>= 1) n++; return n; }"),
+    "FindSMsb": ("i", "int NAME(int x) { uint y = uint(x < 0 ? ~x : x); int n = -1; for (; y != 0u; y >>= 1) n++; return n; }"),
 }  # fmt: skip
 _HALVES = (
     "uint l = (x & 65535u) * (y & 65535u), m = (x >> 16) * (y & 65535u) + (l >> 16), n = (x & 65535u) * (y >> 16) + (m & 65535u); "
@@ -398,8 +397,8 @@ class _Writer:
             else:
                 place = f"{self.values[i.result]}[{self._value(i.operands[2])}]"
             self.lines.append(f"{place} = {self._value(i.operands[part])};")
-        elif i.op == "ExtInst" and writes_memory(i.operands[1]):
-            if i.operands[1] != 35:
+        elif writes_memory(i):
+            if extended_name(i) == "Frexp":
                 raise SdfprtError("GLSL ES 3.00 has no frexp")
             self._set(i, f"modf({self._value(i.operands[2])}, {self.places[i.operands[3]][0]})")
         else:
@@ -504,10 +503,10 @@ class _Writer:
             return f"{of}({low}, {high})"
         raise SdfprtError(f"GLSL ES 3.00 has nothing for {op}")
 
-    def _later(self, type_id: int, key: str | int, operands: tuple[int, ...]) -> str:
-        """A function of ours for one that ES has not, component by component."""
+    def _later(self, type_id: int, key: str, operands: tuple[int, ...], called: str = "") -> str:
+        """A function of ours for one that ES has not, component by component; `called` names it in the text, else its key."""
         takes, text = _LATER[key]
-        name = f"{self.owner.prefix}{str(key).lower()}"
+        name = f"{self.owner.prefix}{called or key.lower()}"
         declaration = text.replace("NAME", name)
         if declaration not in self.owner.declarations:
             self.owner.declarations.append(declaration)
@@ -521,25 +520,26 @@ class _Writer:
         return f"{of}({', '.join(calls)})"
 
     def _extended(self, i: Instruction) -> str:
-        number, operands = i.operands[1], i.operands[2:]
+        name, operands = extended_name(i), i.operands[2:]
         values = [self._value(o) for o in operands]
-        if number == 50:
+        if name == "Fma":
             return f"{values[0]} * {values[1]} + {values[2]}"
-        if number == 53:
+        if name == "Ldexp":
             width = self._width(i.type)
             power = f"exp2({'float' if width == 1 else f'vec{width}'}({values[1]}))"
             return f"{values[0]} * {power}"
-        if number == 36:  # the fraction and the whole as a struct
+        if name == "ModfStruct":  # the fraction and the whole as a struct
             return f"{self.owner.type(i.type)}({values[0]} - trunc({values[0]}), trunc({values[0]}))"
-        if number == 26:
+        if name == "Pow":
             if functions() not in self.owner.declarations:
                 self.owner.declarations.append(functions())
             return f"{POWER}({', '.join(values)})"
-        if number in _LATER:
-            return self._later(i.type, number, operands)
-        if number not in _EXTENDED:
-            raise SdfprtError(f"GLSL ES 3.00 has no {'frexp' if number == 52 else f'function for GLSL.std.450 number {number}'}")
-        return f"{_EXTENDED[number]}({', '.join(values)})"
+        if name in _LATER:
+            return self._later(i.type, name, operands, str(i.operands[1]))
+        if name not in _EXTENDED:
+            what = "frexp" if name == "FrexpStruct" else f"function for GLSL.std.450's {name}"
+            raise SdfprtError(f"GLSL ES 3.00 has no {what}")
+        return f"{_EXTENDED[name]}({', '.join(values)})"
 
 
 def _repeated(nodes: list[Node]) -> set[int]:

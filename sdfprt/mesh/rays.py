@@ -4,7 +4,6 @@ import weakref
 from dataclasses import dataclass
 
 import numpy as np
-import warp as wp
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 
@@ -18,6 +17,7 @@ class WarpTree:
     """Warp's bounding volumes of a mesh, on the device of the kernels; the twin of `embree.Tree`."""
 
     def __init__(self, vertices: Float[ndarray, "v 3"], faces: Int[ndarray, "f 3"]) -> None:
+        wp = kernels.warp()
         self.mesh = wp.Mesh(points=kernels.array(vertices, wp.vec3), indices=kernels.array(faces, int))
 
     def handles(self, lanes: int) -> Int[ndarray, "6"]:

@@ -68,6 +68,8 @@ def find_bounds(distance: Distance) -> Found | None:
     endless = [axis for axis in range(3) if max(-search.low[axis], search.high[axis]) > 2.0 ** (_LARGEST - 2)]
     if endless:
         low, high = _cut(distance, endless)
+        if not np.isfinite([low, high]).all():
+            return None  # jumps of the field that only looked like a surface
     else:
         low, high = _tight(search)
     room = np.array([axis not in endless for axis in range(3)])
@@ -241,6 +243,8 @@ def _cut_through(distance: Distance, endless: list[int]) -> Callable[[tuple[ndar
     """Of a box the share of its cut faces, in tenths, that lies inside the solid."""
 
     def share(box: tuple[ndarray, ndarray]) -> float:
+        if not np.isfinite(box).all():
+            return np.inf
         points = np.random.default_rng(0).uniform(*box, (len(endless), 2, 256, 3))
         for k, axis in enumerate(endless):
             points[k, 0, :, axis], points[k, 1, :, axis] = box[0][axis], box[1][axis]

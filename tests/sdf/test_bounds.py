@@ -131,3 +131,10 @@ def test_part_of_a_camera_keeps_the_rest_framed(tmp_path: Path) -> None:
     assert camera.fov == 20 and abs(camera.target[0] - 50) < 1
     sphere = np.random.default_rng(0).normal(size=(5000, 3))
     in_picture(camera, 9 * sphere / np.linalg.norm(sphere, axis=1, keepdims=True) + (50, 0, 0))
+
+
+def test_jumps_that_only_look_like_a_surface_are_none(tmp_path: Path) -> None:
+    file = tmp_path / "jumps.glsl"
+    loop = "float x = abs(p.x) + 0.1; int n = 0; while (x < 1.0) { x *= 1.5; n++; }"
+    file.write_text(f"float map(vec3 p) {{ {loop} return x + float(n); }}")
+    assert Scene.load(file).bounds == ((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))

@@ -40,8 +40,17 @@ def connect(address: str) -> Iterator[Any]:
     if not re.fullmatch(r"(\w+://)?(\[[^\]]+\]|[^/:\s]+):\d+/?", address):
         raise SdfprtError(f"--cluster {address}: expected a scheduler's address, such as tcp://127.0.0.1:8786")
     try:
-        client = Client(address, timeout=SECONDS, set_as_default=False)
-    except (OSError, ValueError, TypeError, RuntimeError) as error:  # the last three: TLS asked for by one side only
+        try:
+            client = Client(address, timeout=SECONDS, set_as_default=False)
+        except AssertionError:  # distributed gives its own thread ten seconds to start, which a busy machine may need
+            client = Client(address, timeout=SECONDS, set_as_default=False)
+    except (
+        AssertionError,
+        OSError,
+        ValueError,
+        TypeError,
+        RuntimeError,
+    ) as error:  # the last three: TLS asked for by one side only
         reason = " ".join(str(error).split()) or type(error).__name__
         raise SdfprtError(
             f"--cluster {address}: no Dask scheduler answers there ({reason}). Start one with `dask scheduler`, "

@@ -32,7 +32,7 @@ def gathered(
     flat, whole = kernels.FLOATS, kernels.WHOLES
     lanes = projection.LANES if kernels.lanes() > 1 else 1
     kernel = kernels.build(
-        "#undef SDFPRT_SHARE\n#define SDFPRT_SHARE 128\n",
+        mesh_rays.preamble(128),
         ("mesh/tree.h", "transfer/projection.h", "transfer/gather.h"),
         {
             "points": flat, "normals": flat, "out": flat, "recurrence": flat, "sequence": flat, "numbers": whole, "handles": whole,

@@ -23,6 +23,7 @@ from sdfprt.baking.sdf import bake
 from sdfprt.core import settings
 from sdfprt.core.opengl import context, driver, in_render_thread, read
 from sdfprt.glsl.text import blocks, fours, number, vector
+from sdfprt.imaging.metrics import trimmed_psnr
 from sdfprt.light import light as lights
 from sdfprt.material.lobes import Diffuse, Material, Phong
 from sdfprt.network.mlp import TransferNet
@@ -164,13 +165,11 @@ def measure(name: str, width: int, material: Material, size: tuple[int, int], tu
     if with_literal:
         ours, theirs = results[0], results[2]
         both = (ours.alpha > 0) & (theirs[..., 3] > 0)
-        peak = np.percentile(ours.rgb[both], 99.9)
-        error = np.sort(((ours.rgb - theirs[..., :3])[both] ** 2).mean(axis=1))
         row |= {
             "ratio": later[2] / later[0],
             "FPS, literal": 1 / later[2],
             "first frame, literal, s": first[2],
-            "equal to literal, dB": float(10 * np.log10(peak**2 / max(error[: int(0.98 * len(error))].mean(), 1e-20))),
+            "equal to literal, dB": trimmed_psnr(theirs[..., :3], ours.rgb, both),
         }
     return row
 

@@ -8,6 +8,7 @@ Each question runs in a process of its own with a time limit, so that a fault or
   frames     learnt transfer's table 2: four scenes, k = 64 and 128, diffuse and glossy
   neural     its table 3: a neural surface under learnt transfer
   backends   its table 4: k = 64 to 512, GLSL beside torch on CUDA and Warp
+  forms      the network in GLSL three ways: weights looked up in a texture, as constants, the paper's literal shader; compile times
   rates      rays a second of transfer, seconds of a bake from text to asset
   peak       matrix products and copies that the card reaches, to judge the rest by
 
@@ -16,6 +17,7 @@ driver. With SDFPRT_DEVICE=scalar every step runs on a CPU, small, as a rehearsa
 """
 
 import argparse
+import dataclasses
 import functools
 import importlib
 import json
@@ -28,6 +30,7 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import common as bench
 import numpy as np
@@ -251,11 +254,9 @@ def compare_pictures() -> Iterator[bench.Row]:
                 for title, call in pictures(backend):
                     expected, ours = kept[f"picture/{title}"].astype(np.float32), np.asarray(call())
                     both = (expected > 0).any(axis=2) & (ours > 0).any(axis=2)
-                    peak = np.percentile(expected[both], 99.9)
-                    squares = np.sort(((ours - expected)[both] ** 2).mean(axis=1))
-                    db = 10 * np.log10(peak**2 / max(squares[: int(0.98 * len(squares))].mean(), 1e-12))
+                    db = metrics.trimmed_psnr(ours, expected, both)
                     flip = metrics.compare(ours, expected)["flip"]
-                    yield {"back end": backend, "picture": title, "dB": float(db), "FLIP": float(flip), "holds": db >= DB}
+                    yield {"back end": backend, "picture": title, "dB": db, "FLIP": float(flip), "holds": db >= DB}
             except Exception as error:
                 yield {"back end": backend, "picture": "-", "holds": f"no: {type(error).__name__}: {str(error)[:200]}"}
 
@@ -365,6 +366,54 @@ def backends() -> Iterator[bench.Row]:
             yield {**row, "paper, FPS": paper.get(backend, "")}
 
 
+def forms() -> Iterator[bench.Row]:
+    """One picture by three texts of the network: which of them does this driver like?"""
+    from sdfprt import Light, Scene, bake
+    from sdfprt.imaging import metrics
+    from sdfprt.imaging.shot import compose
+    from sdfprt.material.lobes import Diffuse
+    from sdfprt.rendering import frame
+    from sdfprt.rendering.programs import Programs
+
+    size = 48 if rehearsed() else 1024
+    scene, light = Scene.load("rabbit"), Light.load("studio")
+    shot, usual = compose(scene, Diffuse(), size=(size, size), **WAYS["papers"]), Programs.choose_variant
+
+    def timed(draw: Callable[[], Any], stay: Callable[[], Any]) -> tuple[bench.Row, ndarray]:
+        first = bench.seconds(draw)  # compiles
+        return {"first frame, s": first, "FPS on the card": 1 / _by_opengls_clock(stay, 3 if rehearsed() else 20)}, np.asarray(
+            draw()
+        )
+
+    for width in (64,) if rehearsed() else (64, 128):
+        net, expected = bake(scene, width=width).net, None
+        lit = frame.prepared(scene, net, light, shot)
+
+        def draw(net: Any = net) -> ndarray:
+            return frame.draw(scene, net, light, shot).rgb
+
+        def stay(net: Any = net, lit: Any = lit) -> None:
+            for _ in frame.lit_tiles(scene, net, light, shot, lit):
+                pass
+
+        for form, constant in (("texture", ""), ("constants", net.digest), ("literal", "")):
+            if form == "literal":
+                paper = importlib.import_module("fps").literal(scene, net, light, Diffuse(), shot.size)
+                row, ours = timed(paper, paper)
+                ours = ours[..., :3]
+            else:
+                points = 1 if constant else None  # as the driver's own variant has it
+
+                def chosen(self: Any, net: Any, shot: Any, constant: str = constant, points: int | None = points) -> Any:
+                    variant = usual(self, net, shot)
+                    return dataclasses.replace(variant, constant=constant, points=points or variant.points)
+
+                with mock.patch.object(Programs, "choose_variant", chosen):
+                    row, ours = timed(draw, stay)
+            expected = ours if expected is None else expected
+            yield {"k": width, "form": form, **row, "dB to the first": metrics.trimmed_psnr(ours, expected)}
+
+
 def rates() -> Iterator[bench.Row]:
     """Transfer after a first call that compiles, with the bake's own choice of a lattice; a whole bake into an empty cache."""
     from sdfprt import Scene, bake, compute_transfer, sample_surface
@@ -431,6 +480,7 @@ STEPS: dict[str, tuple[Callable[[], Iterator[bench.Row]], int]] = {  # and secon
     "kernels": (kernels, 150),
     "pictures": (compare_pictures, 100),
     "backends": (backends, 120),
+    "forms": (forms, 120),
     "frames": (frames, 150),
     "neural": (neural, 100),
     "rates": (rates, 120),

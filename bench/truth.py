@@ -17,6 +17,7 @@ import common as bench
 import numpy as np
 
 from sdfprt.baking.sdf import bake
+from sdfprt.imaging.metrics import trimmed_psnr
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, Phong
 from sdfprt.rendering.backends import frame
@@ -25,12 +26,6 @@ from sdfprt.sdf.folder import library
 from sdfprt.transfer.seen import Seen
 from sdfprt.truth import exact
 from sdfprt.truth.path_tracing import reference_image
-
-
-def psnr(a: np.ndarray, b: np.ndarray, mask: np.ndarray) -> float:
-    """Over the mask without its worst 2 %; peak: 99.9th percentile of b there."""
-    error = np.sort(np.mean((a - b)[mask] ** 2, axis=1))
-    return float(10 * np.log10(np.percentile(b[mask], 99.9) ** 2 / error[: int(0.98 * len(error))].mean()))
 
 
 def main() -> None:
@@ -55,7 +50,7 @@ def main() -> None:
         mean, variance, hit = theirs
         both = mask & hit
         floor = 10 * np.log10(np.percentile(mean[both], 99.9) ** 2 / max(variance[both].mean(), 1e-30))
-        rows.append({"scene": which, "what": what, "psnr": psnr(ours, mean, both), "mitsuba_noise": float(floor), **more})
+        rows.append({"scene": which, "what": what, "psnr": trimmed_psnr(ours, mean, both), "mitsuba_noise": float(floor), **more})
         print(json.dumps(rows[-1]), flush=True)
         bench.save(args.output, "truth", "Against Mitsuba 3", line, bench.table(rows), {"rows": rows})
 

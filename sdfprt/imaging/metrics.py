@@ -67,6 +67,23 @@ def robust_peak(picture: Float[ndarray, "*n 3"], mask: Bool[ndarray, "*n"] | Non
     return max(float(np.percentile(values, 99.9)), 1e-9) if values.size else 1e-9
 
 
+def trimmed_psnr(
+    a: Float[ndarray, "h w 3"], b: Float[ndarray, "h w 3"], mask: Bool[ndarray, "h w"] | None = None, share: float = 0.02
+) -> float:
+    """PSNR in dB to the reference `b` without the worst `share` of the pixels, relative to `robust_peak` of b there.
+
+    Silhouettes that fall on the other side of a pixel's centre do not count so. Equal pictures have 200 dB. Raises SdfprtError as
+    `compare`, and for an empty mask.
+    """
+    x, y = _check(a, b, mask)
+    squares = ((x - y) ** 2).mean(axis=2)
+    kept = np.sort(squares.ravel() if mask is None else squares[mask])
+    if not len(kept):
+        raise SdfprtError("trimmed_psnr: no pixel is left to compare (an empty mask)")
+    error = kept[: max(int((1 - share) * len(kept)), 1)].mean() / robust_peak(y, mask) ** 2
+    return float(-10 * np.log10(max(error, 1e-20)))
+
+
 def _ssim(x: ndarray, y: ndarray, use: ndarray, peak: float) -> float:
     from skimage.metrics import structural_similarity
 

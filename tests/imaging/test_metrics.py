@@ -125,3 +125,19 @@ def test_a_robust_peak_is_above_all_but_one_value_in_a_thousand() -> None:
     mask[50:] = True
     assert metrics.robust_peak(picture, mask) == 0.5
     assert metrics.robust_peak(picture, np.zeros_like(mask)) > 0
+
+
+def test_trimmed_psnr_leaves_the_worst_pixels_out():
+    rng = np.random.default_rng(2)
+    b = rng.uniform(0, 1, (20, 20, 3))
+    a = b + 0.01
+    a[:2, :4] = 9.0  # 8 of 400 pixels
+    peak = np.percentile(b, 99.9)
+    assert metrics.trimmed_psnr(a, b) == pytest.approx(40 + 20 * np.log10(peak), abs=1e-6)
+    assert metrics.trimmed_psnr(a, b, share=0.0) < 20
+    assert metrics.trimmed_psnr(b, b) == 200
+    mask = np.zeros((20, 20), bool)
+    mask[:2, :4] = True
+    assert metrics.trimmed_psnr(a, b, mask) < 1
+    with pytest.raises(SdfprtError, match="no pixel"):
+        metrics.trimmed_psnr(a, b, np.zeros((20, 20), bool))

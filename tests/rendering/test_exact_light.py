@@ -6,6 +6,7 @@ import nets
 import numpy as np
 import pytest
 
+from sdfprt.imaging.metrics import trimmed_psnr
 from sdfprt.imaging.shot import compose
 from sdfprt.light.light import Light
 from sdfprt.light.prepared import prepare
@@ -22,13 +23,6 @@ SIZE = (40, 40)
 PAPERS: dict[str, Any] = {"suns": "off", "gloss": "sh"}
 
 
-def psnr(a: np.ndarray, b: np.ndarray, mask: np.ndarray, trimmed: float = 0.02) -> float:
-    """Peak: the 99.9th percentile of b; the worst pixels are left out."""
-    errors = np.sort(((a - b) ** 2).mean(axis=-1)[mask])
-    kept = errors[: int(len(errors) * (1 - trimmed))]
-    return float(10 * np.log10(np.percentile(b[mask], 99.9) ** 2 / max(kept.mean(), 1e-20)))
-
-
 @pytest.mark.parametrize(("material", "least"), [(Diffuse(), 40), (Phong(16.0), 40)], ids=str)
 def test_exact_transfer_with_suns_and_exact_lobe_is_the_path_tracers_picture(material, least: float):
     light = Light.load("sky_noon").rotated(yaw=-50)
@@ -37,7 +31,7 @@ def test_exact_transfer_with_suns_and_exact_lobe_is_the_path_tracers_picture(mat
     ours = exact.draw(SCENE, light, shot, rays=512)
     papers = exact.draw(SCENE, light, compose(SCENE, material, size=SIZE, **PAPERS), rays=512)
     mask = (truth.alpha > 0.99) & (ours.alpha > 0.5)
-    found, before = psnr(ours.rgb, truth.rgb, mask), psnr(papers.rgb, truth.rgb, mask)
+    found, before = trimmed_psnr(ours.rgb, truth.rgb, mask), trimmed_psnr(papers.rgb, truth.rgb, mask)
     assert found > least and found > before + 8
 
 
@@ -47,7 +41,7 @@ def test_the_back_ends_agree(backend: str, material):
     light = Light.load("sky_afternoon").rotated(yaw=30)
     ours, shader = (frame(SCENE, NET, light, material, size=SIZE, backend=each) for each in (backend, "glsl"))
     mask = (ours.alpha > 0.5) & (shader.alpha > 0.5)
-    assert psnr(ours.rgb, shader.rgb, mask) > 50
+    assert trimmed_psnr(ours.rgb, shader.rgb, mask) > 50
 
 
 def test_the_back_ends_agree_where_the_exponent_varies_over_the_surface():
@@ -56,7 +50,7 @@ def test_the_back_ends_agree_where_the_exponent_varies_over_the_surface():
     pictures = [frame(scene, NET, Light.load("sky_noon"), Phong(), size=SIZE, backend=each) for each in ("glsl", "torch", "warp")]
     mask = np.all([each.alpha > 0.5 for each in pictures], axis=0)
     for other in pictures[1:]:
-        assert psnr(other.rgb, pictures[0].rgb, mask) > 45
+        assert trimmed_psnr(other.rgb, pictures[0].rgb, mask) > 45
 
 
 def test_turning_light_camera_and_scene_together_changes_nothing():
@@ -67,7 +61,7 @@ def test_turning_light_camera_and_scene_together_changes_nothing():
     camera = ball.camera
     a = exact.draw(ball, light, compose(ball, Phong(30.0), camera, SIZE), rays=64)
     b = exact.draw(ball, turn, compose(ball, Phong(30.0), camera.turned(np.pi / 2), SIZE), rays=64)
-    assert psnr(a.rgb, b.rgb, a.alpha > 0.5) > 50
+    assert trimmed_psnr(a.rgb, b.rgb, a.alpha > 0.5) > 50
 
 
 def test_a_white_sky_without_suns_gives_what_the_surface_reflects():

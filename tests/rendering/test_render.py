@@ -11,6 +11,7 @@ import pytest
 from sdfprt.core import opengl, settings
 from sdfprt.core.errors import SdfprtError
 from sdfprt.imaging.camera import Camera
+from sdfprt.imaging.metrics import trimmed_psnr
 from sdfprt.light.light import Light
 from sdfprt.material import shading
 from sdfprt.material.lobes import Diffuse, DiffusePhong, Phong
@@ -26,13 +27,6 @@ LIGHT = Light.load("studio").rotated(yaw=40)
 PAPERS: dict[str, Any] = {"suns": "off", "gloss": "sh"}
 
 
-def _psnr(a: np.ndarray, b: np.ndarray, trimmed: float = 0.02) -> float:
-    """Peak: the 99.9th percentile of a; the worst pixels, on silhouettes and creases, are left out."""
-    error = np.sort(((a - b) ** 2).mean(axis=-1).ravel())
-    kept = error[: int(len(error) * (1 - trimmed))]
-    return float(10 * np.log10(np.percentile(a, 99.9) ** 2 / max(kept.mean(), 1e-20)))
-
-
 @pytest.mark.parametrize("material", [Diffuse((0.7, 0.5, 0.3)), Phong(12.0, (0.9, 0.8, 1.0)), DiffusePhong()], ids=str)
 def test_a_frame_is_trace_network_and_shading_done_by_others(material):
     got = frame(SCENE, NET, LIGHT, material=material, size=SIZE, **PAPERS)
@@ -41,7 +35,7 @@ def test_a_frame_is_trace_network_and_shading_done_by_others(material):
     transfer = NET.predict(seen.points, seen.normals)
     expected[seen.mask] = shading.shade(transfer, seen.normals, -seen.directions, LIGHT.sh(4), material)
     assert (seen.mask == (got.alpha > 0.5)).mean() > 0.995
-    assert _psnr(expected, got.rgb) > 60
+    assert trimmed_psnr(got.rgb, expected) > 60
 
 
 def test_the_whole_triple_product_gives_the_picture_of_the_fixed_light():

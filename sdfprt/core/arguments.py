@@ -4,7 +4,8 @@
     def compute_transfer(scene: Scene, points: Float[ndarray, "n 3"], ...): ...
 
 A wrong argument is one SdfprtError that names function and argument. Numbers are finite, NaN and infinity are none; a list is taken
-where an array is expected. Inside, functions that are called for every packet of rays are not wrapped.
+where an array is expected; `Annotated[Sequence[float], 3]` are three of them. Inside, functions that are called for every packet of
+rays are not wrapped.
 """
 
 import dataclasses
@@ -15,7 +16,7 @@ import numbers
 import types
 import typing
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal, TypeVar, cast
+from typing import Annotated, Any, Literal, TypeVar, cast
 
 import numpy as np
 from numpy import ndarray
@@ -71,7 +72,7 @@ def check_fields(value: Any, **ranges: Range) -> None:
 def _hints(owner: Any) -> dict[str, Any]:
     """Annotations by name; those that cannot be resolved here (names for type checkers only) are not checked."""
     try:
-        return typing.get_type_hints(owner)
+        return typing.get_type_hints(owner, include_extras=True)
     except (NameError, TypeError):
         return {}
 
@@ -95,6 +96,11 @@ def _as(value: Any, kind: Any, finite: bool) -> Any:
     origin, inner = typing.get_origin(kind), typing.get_args(kind)
     if kind is Any or isinstance(kind, (str, TypeVar)):
         return value
+    if origin is Annotated:
+        taken = _as(value, inner[0], finite)
+        if isinstance(inner[1], int) and len(taken) != inner[1]:
+            raise _Expected(f"{inner[1]} values, not {len(taken)}")
+        return taken
     if origin in (typing.Union, types.UnionType):
         return _as_one_of(value, inner, finite)
     if origin is Literal:

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from sdfprt.core.errors import SdfprtError
-from sdfprt.csg.tree import Shape2, Vector, checked_sizes, leaf, number, vector
+from sdfprt.csg.tree import Shape2, Vector, Vector2, checked_sizes, leaf, number, unit, vector
 
 
 def _flat(expression: str, low: Vector, high: Vector) -> Shape2:
@@ -22,13 +22,13 @@ def circle(radius: float = 0.5) -> Shape2:
     return _flat(f"(length({{p}}) - {number(radius)})", (-radius,) * 2, (radius,) * 2)
 
 
-def half_plane(normal: Vector = (0, 1), offset: float = 0.0) -> Shape2:
+def half_plane(normal: Vector2 = (0, 1), offset: float = 0.0) -> Shape2:
     """All points with dot(p, normal) < offset; infinite."""
-    n = np.asarray(normal, float) / np.linalg.norm(normal)
+    n = unit(normal, "the normal of half_plane")
     return _flat(f"(dot({{p}}, {vector(n)}) - {number(offset)})", (-np.inf,) * 2, (np.inf,) * 2)
 
 
-def polygon(points: Sequence[Vector] | np.ndarray) -> Shape2:
+def polygon(points: Sequence[Vector2] | np.ndarray) -> Shape2:
     """A simple polygon, convex or not, its corners in either order."""
     corners = np.asarray(points, float)
     if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
@@ -120,19 +120,19 @@ def equilateral_triangle(radius: float = 0.5) -> Shape2:
     return regular_polygon(3, radius)
 
 
-def triangle(a: Vector, b: Vector, c: Vector) -> Shape2:
+def triangle(a: Vector2, b: Vector2, c: Vector2) -> Shape2:
     """Any triangle."""
     return polygon([a, b, c])
 
 
-def rectangle(size: Vector = (1.0, 1.0)) -> Shape2:
+def rectangle(size: Vector2 = (1.0, 1.0)) -> Shape2:
     """A rectangle of width and height `size`."""
     half = np.asarray(size, float) / 2
     box = f"abs({{p}}) - {vector(half)}"
     return _flat(f"(length(max({box}, 0.0)) + min(max(({box}).x, ({box}).y), 0.0))", -half, half)
 
 
-def rounded_rectangle(size: Vector = (1.0, 1.0), radius: float = 0.1) -> Shape2:
+def rounded_rectangle(size: Vector2 = (1.0, 1.0), radius: float = 0.1) -> Shape2:
     """A rectangle with corners rounded by `radius`, `size` over all."""
     return rectangle(np.asarray(size, float) - 2 * radius).round(radius)
 
@@ -164,7 +164,7 @@ def cross(size: float = 1.0, width: float = 0.3) -> Shape2:
     return polygon_of_quarter([(size / 2, width / 2), (width / 2, width / 2), (width / 2, size / 2)])
 
 
-def polygon_of_quarter(corners: Sequence[Vector]) -> Shape2:
+def polygon_of_quarter(corners: Sequence[Vector2]) -> Shape2:
     """A polygon symmetric about both axes, by its corners in the first quadrant from +x to +y."""
     first = np.asarray(corners, float)
     upper = np.concatenate([first, (first * (-1, 1))[::-1]])
@@ -185,7 +185,7 @@ def gear(teeth: int = 12, radius: float = 0.5, depth: float = 0.1) -> Shape2:
     return _wheel(teeth, chain, up=False)
 
 
-def segment(a: Vector = (-0.4, 0), b: Vector = (0.4, 0), radius: float = 0.1) -> Shape2:
+def segment(a: Vector2 = (-0.4, 0), b: Vector2 = (0.4, 0), radius: float = 0.1) -> Shape2:
     """A stroke from `a` to `b` with round ends."""
     low, high = np.minimum(a, b) - radius, np.maximum(a, b) + radius
     return leaf(Shape2, "flat", "sdSegment2", (a, b, radius), low, high)
@@ -223,7 +223,7 @@ def cut_disk(radius: float = 0.5, height: float = 0.1) -> Shape2:
     return leaf(Shape2, "flat", "sdCutDisk", (radius, height), (-radius, height), (radius, radius))
 
 
-def ellipse(size: Vector = (1.0, 0.6)) -> Shape2:
+def ellipse(size: Vector2 = (1.0, 0.6)) -> Shape2:
     """A bound, not exact: an ellipse of width and height `size`."""
     half = np.asarray(size, float) / 2
     return leaf(Shape2, "flat", "sdEllipse2", (half,), -half, half)

@@ -9,7 +9,7 @@ import numpy as np
 
 from sdfprt.core.errors import SdfprtError
 from sdfprt.csg import shapes
-from sdfprt.csg.tree import Solid, Vector, checked_sizes, leaf, number, vector
+from sdfprt.csg.tree import Solid, Vector, Vector3, checked_sizes, leaf, number, unit, vector
 
 
 def _solid(expression: str, low: Vector, high: Vector) -> Solid:
@@ -35,7 +35,7 @@ def sphere(radius: float = 0.5) -> Solid:
     return _solid(f"(length({{p}}) - {number(radius)})", (-radius,) * 3, (radius,) * 3)
 
 
-def ellipsoid(size: Vector = (1.0, 0.7, 0.5)) -> Solid:
+def ellipsoid(size: Vector3 = (1.0, 0.7, 0.5)) -> Solid:
     """A bound, not exact."""
     half = np.asarray(size, float) / 2
     return _centred("sdEllipsoidBound", (half,), half)
@@ -57,7 +57,7 @@ def link(length: float = 0.4, radius: float = 0.2, tube: float = 0.07) -> Solid:
     return torus(radius, tube).rotate(90, (1, 0, 0)).elongate((0, length, 0))
 
 
-def capsule(a: Vector = (0, -0.3, 0), b: Vector = (0, 0.3, 0), radius: float = 0.2) -> Solid:
+def capsule(a: Vector3 = (0, -0.3, 0), b: Vector3 = (0, 0.3, 0), radius: float = 0.2) -> Solid:
     """A stroke from `a` to `b` with round ends."""
     low, high = np.minimum(a, b) - radius, np.maximum(a, b) + radius
     return leaf(Solid, "solids", "sdSegment3", (a, b, radius), low, high)
@@ -133,26 +133,26 @@ def bicone(radius: float = 0.4, height: float = 0.9) -> Solid:
 # Straight
 
 
-def box(size: Vector = (0.8, 0.8, 0.8)) -> Solid:
+def box(size: Vector3 = (0.8, 0.8, 0.8)) -> Solid:
     """A cuboid."""
     half = np.asarray(size, float) / 2
     return _centred("sdBox3", (half,), half)
 
 
-def rounded_box(size: Vector = (0.8, 0.8, 0.8), radius: float = 0.1) -> Solid:
+def rounded_box(size: Vector3 = (0.8, 0.8, 0.8), radius: float = 0.1) -> Solid:
     """A cuboid with rounded edges, `size` over all."""
     return box(np.asarray(size, float) - 2 * radius).round(radius)
 
 
-def box_frame(size: Vector = (0.8, 0.8, 0.8), thickness: float = 0.08) -> Solid:
+def box_frame(size: Vector3 = (0.8, 0.8, 0.8), thickness: float = 0.08) -> Solid:
     """The twelve edges of a cuboid as square bars; exact outside, a bound inside."""
     half = np.asarray(size, float) / 2
     return _centred("sdBoxFrame3", (half, thickness), half)
 
 
-def plane(normal: Vector = (0, 1, 0), offset: float = 0.0) -> Solid:
+def plane(normal: Vector3 = (0, 1, 0), offset: float = 0.0) -> Solid:
     """All points with dot(p, normal) < offset; infinite."""
-    n = np.asarray(normal, float) / np.linalg.norm(normal)
+    n = unit(normal, "the normal of a plane")
     return _solid(f"(dot({{p}}, {vector(n)}) - {number(offset)})", (-np.inf,) * 3, (np.inf,) * 3)
 
 
@@ -165,7 +165,7 @@ def slab(axis: str = "y", thickness: float = 0.2) -> Solid:
     return _solid(f"(abs({{p}}.{axis}) - {number(half)})", -high, high)
 
 
-def wedge(size: Vector = (0.8, 0.6, 0.6)) -> Solid:
+def wedge(size: Vector3 = (0.8, 0.6, 0.6)) -> Solid:
     """A ramp that rises along +x."""
     x, y, z = np.asarray(size, float) / 2
     return shapes.triangle((-x, -y), (x, -y), (x, y)).extrude(2 * z)

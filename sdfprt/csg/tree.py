@@ -10,16 +10,19 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from jaxtyping import Real
 
 from sdfprt.core.arguments import checked
 from sdfprt.core.errors import SdfprtError
 from sdfprt.glsl import text
 from sdfprt.sdf.scene import Scene
 
-Vector = Sequence[float] | np.ndarray
+Vector = Sequence[float] | Real[np.ndarray, "n"]
+Vector2 = Annotated[Vector, 2]
+Vector3 = Annotated[Vector, 3]
 Bounds = tuple[np.ndarray, np.ndarray]
 
 
@@ -52,6 +55,14 @@ def checked_sizes(functions: dict[str, Any], signed: Sequence[str] = ()) -> None
             elif parameter.name in _SIZES and name not in signed:
                 ranges[parameter.name] = (0, 1e9)
         functions[name] = checked(**ranges)(function)
+
+
+def unit(direction: Vector, what: str) -> np.ndarray:
+    """`direction` with length 1. Raises SdfprtError, which names `what`, where it has none."""
+    length = np.linalg.norm(direction)
+    if length == 0:
+        raise SdfprtError(f"csg: {what} has no length")
+    return np.asarray(direction, float) / length
 
 
 def _triple(value: float | Vector) -> np.ndarray:
@@ -118,10 +129,7 @@ def _corners(box: Bounds) -> np.ndarray:
 
 def _rotation(axis: Vector, angle: float) -> np.ndarray:
     """Rotation by `angle` degrees about `axis`, right-handed (Rodrigues)."""
-    length = np.linalg.norm(axis)
-    if length == 0:
-        raise SdfprtError("csg: the axis of a rotation has no length")
-    x, y, z = np.asarray(axis, float) / length
+    x, y, z = unit(axis, "the axis of a rotation")
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     t = np.radians(angle)
     return np.eye(3) + np.sin(t) * cross + (1 - np.cos(t)) * cross @ cross
@@ -174,24 +182,30 @@ class _Shape:
     def __sub__(self, other):
         return self.difference(other)
 
+    @checked()
     def round(self, radius: float):
         """Grow by `radius`, rounding what is convex."""
         low, high = self.bounds
         return self._with(lambda w, p: f"({self.write(w, p)} - {number(radius)})", (low - radius, high + radius))
 
+    @checked()
     def shell(self, thickness: float):
         """A hollow skin, half of `thickness` to each side of the surface."""
         low, high = self.bounds
         half = thickness / 2
         return self._with(lambda w, p: f"(abs({self.write(w, p)}) - {number(half)})", (low - half, high + half))
 
+    @checked()
     def translate(self, offset: Vector):
         """Move by `offset`."""
         step = np.asarray(offset, float)
         low, high = self.bounds
+        if len(step) != len(low):
+            raise SdfprtError(f"csg: translate: offset {offset}: expected {len(low)} values, not {len(step)}")
         kind = f"vec{len(low)}"
         return self._with(lambda w, p: self.write(w, w.let(kind, f"{p} - {vector(step)}")), (low + step, high + step))
 
+    @checked()
     def scale(self, factor: float):
         """Enlarge about the origin, alike in all directions; distances stay exact."""
         if factor <= 0:
@@ -207,6 +221,7 @@ class _Shape:
 class Shape2(_Shape):
     """A flat shape in the x, y plane."""
 
+    @checked()
     def rotate(self, angle: float) -> Shape2:
         """Turn by `angle` degrees, anticlockwise."""
         t = np.radians(angle)
@@ -215,6 +230,7 @@ class Shape2(_Shape):
         matrix = f"mat2({', '.join(number(v) for v in turn.ravel())})"  # column-major: the inverse
         return Shape2(lambda w, p: self.write(w, w.let("vec2", f"{matrix} * {p}")), (moved.min(axis=0), moved.max(axis=0)))
 
+    @checked()
     def extrude(self, height: float) -> Solid:
         """A prism along z, `height` long in all, centred; exact where the shape is."""
         half = height / 2
@@ -226,6 +242,7 @@ class Shape2(_Shape):
         low, high = self.bounds
         return Solid(write, (np.append(low, -half), np.append(high, half)))
 
+    @checked()
     def revolve(self, offset: float = 0.0) -> Solid:
         """A solid of revolution about y; the shape's x is the distance from the axis less `offset`."""
         low, high = self.bounds
@@ -245,7 +262,8 @@ class Solid(_Shape):
         """The scene as GLSL text with `float sdf(vec3 p)`."""
         return self.text()
 
-    def text(self, colours: Sequence[tuple[Solid, Vector]] = ()) -> str:
+    @checked()
+    def text(self, colours: Sequence[tuple[Solid, Vector3]] = ()) -> str:
         """`glsl` and, with `colours`, `vec3 albedo(vec3 p, vec3 n)`: at each point the colour of the solid nearest to it."""
         writer = Writer()
         if not colours:
@@ -259,7 +277,8 @@ class Solid(_Shape):
         writer.functions.append("\n".join([*head, *pick, "    return colour;", "}"]))
         return writer.text(result)
 
-    def scene(self, margin: float = 0.05, colours: Sequence[tuple[Solid, Vector]] = (), **settings: Any) -> Scene:
+    @checked()
+    def scene(self, margin: float = 0.05, colours: Sequence[tuple[Solid, Vector3]] = (), **settings: Any) -> Scene:
         """A Scene of this solid; its bounds grow by `margin` of their diagonal. `colours` as in `text`.
 
         Raises SdfprtError where the bounds are infinite.
@@ -276,20 +295,25 @@ class Solid(_Shape):
         columns = ", ".join(number(v) for v in matrix.ravel())  # row by row of R is column by column of its inverse
         return Solid(lambda w, p: self.write(w, w.let("vec3", f"mat3({columns}) * {p}")), (moved.min(axis=0), moved.max(axis=0)))
 
-    def rotate(self, angle: float, axis: Vector = (0, 1, 0)) -> Solid:
+    @checked()
+    def rotate(self, angle: float, axis: Vector3 = (0, 1, 0)) -> Solid:
         """Turn by `angle` degrees about `axis` through the origin, right-handed."""
         return self._turned(_rotation(axis, angle))
 
-    def orient(self, direction: Vector) -> Solid:
+    @checked()
+    def orient(self, direction: Vector3) -> Solid:
         """Turn so that what pointed along +y points along `direction`."""
-        to = np.asarray(direction, float) / np.linalg.norm(direction)
+        to = unit(direction, "the direction of orient")
         axis = np.cross((0, 1, 0), to)
         if np.linalg.norm(axis) < 1e-9:
             axis = np.array([1.0, 0, 0])
         return self._turned(_rotation(axis, np.degrees(np.arccos(np.clip(to[1], -1, 1)))))
 
+    @checked()
     def mirror(self, axis: str = "x") -> Solid:
         """What lies at positive `axis`, on both sides: the part that crosses the plane is cut there."""
+        if axis not in ("x", "y", "z"):
+            raise SdfprtError(f"csg: mirror: axis is {axis!r}; expected x, y or z")
         i = "xyz".index(axis)
         low, high = self.bounds
         low = low.copy()
@@ -298,7 +322,8 @@ class Solid(_Shape):
         pattern = f"vec3({', '.join(parts)})"
         return Solid(lambda w, p: self.write(w, w.let("vec3", pattern.format(p=p))), (low, high))
 
-    def repeat(self, spacing: float | Vector, count: Sequence[int] | None = None) -> Solid:
+    @checked()
+    def repeat(self, spacing: float | Vector3, count: Annotated[Sequence[int], 3] | None = None) -> Solid:
         """Copies on a grid `spacing` apart; `count` of them along x, y, z (odd or even, centred), or for ever.
 
         A spacing of 0 leaves its axis alone. Neighbouring cells are looked at too, so the distance stays a true one
@@ -349,6 +374,7 @@ class Solid(_Shape):
 
         return Solid(write, (low, high))
 
+    @checked()
     def repeat_polar(self, count: int) -> Solid:
         """`count` copies around y; the solid stands on the +x side."""
         if count < 1:
@@ -381,7 +407,8 @@ class Solid(_Shape):
 
         return Solid(write, (np.array([-reach, low[1], -reach]), np.array([reach, high[1], reach])))
 
-    def elongate(self, size: Vector) -> Solid:
+    @checked()
+    def elongate(self, size: Vector3) -> Solid:
         """Cut at the middle and pull apart by `size` in all along x, y, z; a bound inside."""
         half = np.asarray(size, float) / 2
         low, high = self.bounds
@@ -391,6 +418,7 @@ class Solid(_Shape):
 
         return Solid(write, (low - half, high + half))
 
+    @checked()
     def twist(self, turns: float) -> Solid:
         """Turn by `turns` degrees a unit of height about y; overestimates distances, `check` measures by how much."""
         low, high = self.bounds
@@ -403,6 +431,7 @@ class Solid(_Shape):
 
         return Solid(write, (np.array([-reach, low[1], -reach]), np.array([reach, high[1], reach])))
 
+    @checked()
     def bend(self, curvature: float) -> Solid:
         """Bend the x axis upwards by `curvature` degrees a unit of length; overestimates distances, as twist does."""
         low, high = self.bounds
@@ -427,7 +456,8 @@ def leaf(kind: type, library: str, function: str, arguments: Sequence[float | Ve
     return kind(write, (np.asarray(low, float), np.asarray(high, float)))
 
 
-def custom(snippet: str, call: str, bounds: tuple[Vector, Vector]) -> Solid:
+@checked()
+def custom(snippet: str, call: str, bounds: tuple[Vector3, Vector3]) -> Solid:
     """A node of your own: `snippet` is GLSL text, `call` the expression of the distance with `{p}` for the point.
 
     custom("float egg(vec3 p) { return length(p * vec3(1, .8, 1)) - .4; }", "egg({p})", ((-.5,) * 3, (.5,) * 3))

@@ -5,11 +5,11 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import pytest
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Int, Real
 from numpy import ndarray
 
 from sdfprt.core import limits
@@ -46,6 +46,11 @@ def _given(kind: Any, **ranges: Any) -> Any:
         (Int[ndarray, "n"], [np.arange(3)], [np.zeros(3), np.zeros((3, 3), int)]),
         (Bool[ndarray, "h w"], [np.zeros((2, 2), bool)], [np.zeros((2, 2)), 5]),
         (int | None, [None, 3], ["a"]),
+        (
+            Annotated[Sequence[float] | Real[ndarray, "n"], 3],
+            [(1, 2, 3), np.ones(3), np.arange(3)],
+            [(1, 2), np.ones(4), np.ones((3, 3)), "abc", (1, 2, NAN), np.array([1, 2, NAN])],
+        ),
     ],
 )
 def test_kinds_are_held(kind: Any, right: list, wrong: list):

@@ -1,6 +1,7 @@
 """Solids composed in Python: what they write compiles, measures distance, and stays inside its bounds."""
 
 import inspect
+from typing import Annotated, Any, get_args, get_origin
 
 import numpy as np
 import pytest
@@ -102,3 +103,50 @@ def test_colours_go_to_the_nearest_solid_and_leave_the_distance_alone():
     nearer = left.scene().distance(p) < right.scene().distance(p)
     np.testing.assert_allclose(albedo, np.where(nearer[:, None], (0.9, 0.1, 0.0), (0.0, 0.2, 0.8)), rtol=0, atol=1e-6)
     assert painted.hash == plain.hash  # weights of the one serve the other
+
+
+VECTORS = [
+    (function, parameter.name)
+    for module in (solids, shapes)
+    for function in vars(module).values()
+    if inspect.isfunction(function) and function.__module__ == module.__name__ and not function.__name__.startswith("_")
+    for parameter in inspect.signature(function, eval_str=True).parameters.values()
+    if get_origin(parameter.annotation) is Annotated
+]
+
+
+@pytest.mark.parametrize(("function", "name"), VECTORS, ids=lambda each: getattr(each, "__name__", each))
+def test_vectors_of_other_lengths_are_refused(function: Any, name: str):
+    parameters = inspect.signature(function, eval_str=True).parameters
+    count = get_args(parameters[name].annotation)[1]
+    others = {each.name: (0.1, 0.3) for each in parameters.values() if each.default is each.empty}
+    for wrong in ((0.5,) * (count - 1), (0.5,) * (count + 1)):
+        with pytest.raises(SdfprtError, match=f"{function.__name__}: {name} .*: expected {count} values, not {len(wrong)}"):
+            function(**others | {name: wrong})
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda solid: solid.translate((1, 2)),
+        lambda solid: solid.translate((1, 2, 3, 4)),
+        lambda solid: solid.rotate(20, (0, 1)),
+        lambda solid: solid.orient((0, 1)),
+        lambda solid: solid.orient((0, 0, 0)),
+        lambda solid: solid.elongate((1, 2)),
+        lambda solid: solid.repeat((1, 2)),
+        lambda solid: solid.repeat(1.0, (2, 2)),
+        lambda solid: solid.repeat(1.0, (2, 2, 2, 2)),
+        lambda solid: solid.mirror("w"),
+        lambda solid: solid.mirror("xy"),
+        lambda solid: solid.scene(colours=[(solid, (1, 0))]),
+        lambda solid: solid.round(float("nan")),
+        lambda solid: shapes.circle(0.1).translate((1, 2, 3)),
+        lambda solid: csg.plane((0, 0, 0)),
+        lambda solid: shapes.half_plane((0, 0)),
+        lambda solid: csg.custom("", "1.0", ((0, 0), (1, 1))),
+    ],
+)
+def test_wrong_vectors_of_methods_are_refused(call: Any):
+    with pytest.raises(SdfprtError):
+        call(csg.sphere(0.3))

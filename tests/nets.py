@@ -1,9 +1,11 @@
 """Small random networks and a scene, for tests of the renderers."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 
+from sdfprt.network.cells import CellNets, Cells
 from sdfprt.network.mlp import TransferNet
 from sdfprt.sdf.scene import Scene
 
@@ -31,3 +33,15 @@ def random_net(width: int = 16, layers: int = 3, bands: int = 4, octaves: tuple[
     scale = np.linspace(0.5, 1.5, bands * bands).astype(np.float32)
     weights[-1][1][0] += 2.0  # mostly positive transfer in the constant band
     return TransferNet(weights, scale, (0.0, 0.0, 0.0), 1.0, *octaves, bands)
+
+
+def random_cells(width: int = 16, layers: int = 3, bands: int = 4) -> CellNets:
+    """Four networks over 3 x 1 x 2 cells that end within the scene, each with a box of its own; two of them have two cells."""
+    owner = np.array([[[0, 1]], [[2, 1]], [[2, 3]]])
+    each = []
+    for k in range(4):
+        net = random_net(width, layers, bands)
+        first = (np.roll(net.weights[0][0], k, axis=0), net.weights[0][1] + np.float32(0.1 * k))
+        place = (0.3 * k - 0.5, 0.1, -0.2 * k)
+        each.append(replace(net, weights=[first, *net.weights[1:]], scale=net.scale + 0.05 * k, center=place, extent=0.8 + 0.1 * k))
+    return CellNets(tuple(each), Cells((-0.7, -0.6, -0.8), (0.5, 1.0, 0.7), owner, 0.05))

@@ -1,4 +1,4 @@
-"""An asset: the network of one scene with the scene's hash; files are safetensors, never pickle."""
+"""An asset: the network of one scene, or those of its cells, with the scene's hash; files are safetensors, never pickle."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from sdfprt.core.arguments import checked
 from sdfprt.core.cache import ASSETS, cache_folder, regular_file
 from sdfprt.core.errors import SdfprtError
 from sdfprt.mesh.scene import MeshScene
-from sdfprt.network.mlp import TransferNet, read
+from sdfprt.network.cells import AnyNet, read
 from sdfprt.sdf.kinds import AnyScene
 
 
@@ -17,7 +17,7 @@ from sdfprt.sdf.kinds import AnyScene
 class Asset:
     """`scene_hash` says which surface the network knows."""
 
-    net: TransferNet
+    net: AnyNet
     scene_hash: str
     path: str = ""
 

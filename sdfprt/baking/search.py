@@ -13,7 +13,7 @@ from sdfprt.imaging.metrics import robust_peak
 from sdfprt.light.light import Light
 from sdfprt.material import shading
 from sdfprt.material.lobes import Material
-from sdfprt.network.mlp import TransferNet
+from sdfprt.network.cells import AnyNet, networks
 from sdfprt.sdf.kinds import AnyScene
 from sdfprt.transfer.compute import compute_transfer
 from sdfprt.transfer.seen import Seen, see
@@ -28,7 +28,7 @@ class Fitted:
     """A network of some size, and the PSNR that it reached at points and in views."""
 
     size: Size
-    net: TransferNet
+    net: AnyNet
     reached: dict[str, float]
 
     @property
@@ -37,7 +37,7 @@ class Fitted:
 
     @property
     def weights(self) -> int:
-        return sum(w.size + b.size for w, b in self.net.weights)
+        return sum(w.size + b.size for net in networks(self.net) for w, b in net.weights)
 
     @property
     def row(self) -> dict[str, float]:
@@ -103,7 +103,7 @@ def views(scene: AnyScene, work: Path, bands: int, seed: int) -> list[View]:
     return looks
 
 
-def view_psnr(net: TransferNet, views: list[View]) -> float:
+def view_psnr(net: AnyNet, views: list[View]) -> float:
     """PSNR of the network's pictures, dB, over the hit pixels of all views together; the peak is robust_peak of the exact ones."""
     truth = np.concatenate([view.truth for view in views])
     ours = np.concatenate([view.radiance(net.predict(view.points, view.normals)) for view in views])

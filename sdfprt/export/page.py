@@ -29,7 +29,7 @@ from sdfprt.material import shading
 from sdfprt.material.lobes import Diffuse, DiffusePhong, Material, parts
 from sdfprt.maths import sh
 from sdfprt.network.mlp import TransferNet
-from sdfprt.rendering.frame import network_of
+from sdfprt.rendering.frame import one_network_of
 from sdfprt.rendering.pieces import (
     Variant,
     block_count,
@@ -87,7 +87,7 @@ def export_html(
     rays; where gloss is exact the page prefilters a light itself, for each exponent that is chosen.
     Raises GlslError where the scene's text needs more than GLSL ES 3.00.
     """
-    net = network_of(asset, scene)
+    net = one_network_of(asset, scene, "a page")
     shot = compose(scene, material, camera, size, samples, background, dering=dering, suns=suns, gloss=gloss)
     material, camera, lighting = shot.material, shot.camera, shot.lighting
     source, variants = es_source(scene), {}
@@ -158,7 +158,7 @@ def export_shadertoy(
     if scene.texels:
         names = ", ".join(scene.texels)
         raise SdfprtError(f"{scene.file}: reads the texture {names}, and Shadertoy takes none of ours; --html does")
-    net = network_of(asset, scene)
+    net = one_network_of(asset, scene, "Shadertoy")
     material, camera = material or scene.material, camera or scene.camera
     bands = net.bands if gloss == "sh" else _TOY_BANDS
     discs, rest = light.without_suns(Lighting(suns=suns).most_suns)

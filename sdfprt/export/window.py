@@ -20,7 +20,7 @@ from sdfprt.light.light import Light, lights
 from sdfprt.light.prepared import prepare
 from sdfprt.material.lobes import Diffuse, DiffusePhong, Material, Phong, parts
 from sdfprt.network.mlp import TransferNet
-from sdfprt.rendering.frame import network_of
+from sdfprt.rendering.frame import one_network_of
 from sdfprt.rendering.pieces import (
     VERSION,
     Variant,
@@ -191,7 +191,9 @@ def view(
     start = Look(camera or scene.camera, material or scene.material, 0, yaw, exposure)
     window = _window(glfw, scene, size)
     try:
-        painter = Painter(moderngl.create_context(require=430), scene, network_of(asset, scene), choices, lighting)
+        painter = Painter(
+            moderngl.create_context(require=430), scene, one_network_of(asset, scene, "the window"), choices, lighting
+        )
         _loop(glfw, window, painter, start)
     finally:
         glfw.terminate()

@@ -9,7 +9,8 @@ from __future__ import annotations
 import functools
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -141,6 +142,16 @@ class TransferNet:
 
 def read(path: str | Path) -> tuple[TransferNet, dict]:
     """The network in a file, and all its metadata. Raises SdfprtError for a missing, truncated, changed or foreign file."""
+    with contents(path) as (text, tensors):
+        return network_of(text, tensors), json.loads(text)
+
+
+@contextmanager
+def contents(path: str | Path) -> Iterator[tuple[str, dict[str, ndarray]]]:
+    """Metadata, as JSON, and tensors of a file. Raises SdfprtError for one that is none of ours.
+
+    So does what the block finds wrong with them, as a ValueError.
+    """
     from safetensors import SafetensorError, safe_open
 
     path = Path(path)
@@ -154,21 +165,22 @@ def read(path: str | Path) -> tuple[TransferNet, dict]:
             text = (file.metadata() or {}).get("sdfprt")
             if text is None:
                 raise SdfprtError(f"{path}: a safetensors file, but not of sdfprt; `sdfprt bake SCENE -o FILE` makes one")
-            header = parse_header(text)
-            tensors = {name: file.get_tensor(name) for name in file.keys()}
-        layers = check_tensors(tensors, header)
+            yield text, {name: file.get_tensor(name) for name in file.keys()}
     except (SafetensorError, ValueError, TypeError, OSError) as error:
         raise SdfprtError(f"{path}: not a readable asset, or cut short ({error}); delete it and bake again") from None
-    meta = json.loads(text)
-    weights = [(tensors[f"weight{k}"].astype(np.float32), tensors[f"bias{k}"].astype(np.float32)) for k in range(layers)]
-    net = TransferNet(
-        weights,
+
+
+def network_of(text: str, tensors: Mapping[str, ndarray]) -> TransferNet:
+    """The network of a file's metadata and tensors. Raises ValueError where they do not fit together."""
+    header = parse_header(text)
+    layers = check_tensors(tensors, header)
+    return TransferNet(
+        [(tensors[f"weight{k}"].astype(np.float32), tensors[f"bias{k}"].astype(np.float32)) for k in range(layers)],
         tensors["scale"].astype(np.float32),
         header.center,
         header.extent,
         header.position_frequencies,
         header.normal_frequencies,
         header.bands,
-        meta.get("info", {}),
+        json.loads(text).get("info", {}),
     )
-    return net, meta

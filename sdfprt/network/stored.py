@@ -4,19 +4,23 @@ A file may come from anywhere, so nothing in it is believed: each fault is one l
 """
 
 import hashlib
+import json
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar
 
 import numpy as np
 from numpy import ndarray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 FORMAT = "sdfprt-transfer-1"
+CELLS_FORMAT = "sdfprt-cells-1"
+MAX_CELLS = 1024  # of a scene
 MAX_BYTES = 256 << 20  # of a file: ten times the largest network that a bake makes
 WIDTHS, LAYERS, OCTAVES, BANDS = (4, 1024), (2, 32), (0, 20), (1, 8)  # lowest and highest of what is fitted
 
 Coordinate = Annotated[float, Field(ge=-1e12, le=1e12)]
+Length = Annotated[float, Field(ge=1e-12, le=1e12)]
 Octaves = Annotated[int, Field(ge=OCTAVES[0], le=OCTAVES[1])]
 
 
@@ -58,7 +62,7 @@ class Header(_Strict):
 
     format: Literal["sdfprt-transfer-1"]
     center: tuple[Coordinate, Coordinate, Coordinate]
-    extent: Annotated[float, Field(ge=1e-12, le=1e12)]
+    extent: Length
     position_frequencies: Octaves
     normal_frequencies: Octaves
     bands: Annotated[int, Field(ge=BANDS[0], le=BANDS[1])]
@@ -72,10 +76,37 @@ class Header(_Strict):
         return 6 + 6 * (self.position_frequencies + self.normal_frequencies)
 
 
+class CellsHeader(_Strict):
+    """The same of networks in cells: `low` and `side` in scene units place them, `band` is half of a blend's width, of a side."""
+
+    format: Literal["sdfprt-cells-1"]
+    low: tuple[Coordinate, Coordinate, Coordinate]
+    side: tuple[Length, Length, Length]
+    band: Annotated[float, Field(ge=1e-6, le=0.5)]
+    position_frequencies: Octaves
+    normal_frequencies: Octaves
+    bands: Annotated[int, Field(ge=BANDS[0], le=BANDS[1])]
+    info: Info = Info()
+    scene_hash: str = ""
+    checksum: str = ""
+
+
+_Model = TypeVar("_Model", bound=BaseModel)
+
+
 def parse_header(text: str) -> Header:
     """The metadata. Raises ValueError, whose text says which field is wrong and how."""
+    return _parsed(Header, text)
+
+
+def parse_cells_header(text: str) -> CellsHeader:
+    """The same of networks in cells."""
+    return _parsed(CellsHeader, text)
+
+
+def _parsed(kind: type[_Model], text: str) -> _Model:
     try:
-        return Header.model_validate_json(text)
+        return kind.model_validate_json(text)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         place = ".".join(map(str, first["loc"])) or "metadata"
@@ -111,6 +142,36 @@ def check_tensors(tensors: Mapping[str, ndarray], header: Header) -> int:
     if header.checksum and header.checksum != checksum(tensors):
         raise ValueError("the checksum is another; the file was changed or damaged")
     return layers
+
+
+def cell_tensors(tensors: Mapping[str, ndarray], header: CellsHeader) -> list[tuple[Header, dict[str, ndarray]]]:
+    """Header and tensors of each network, as a file of its own would have them.
+
+    Raises ValueError for stacks of different heights, for cells that name no network, and for another checksum.
+    """
+    if missing := {"owner", "center", "extent", "scale"} - tensors.keys():
+        raise ValueError(f"tensors {', '.join(sorted(missing))} are missing")
+    owner, center, extent = (tensors[name] for name in ("owner", "center", "extent"))
+    count = len(extent) if extent.ndim == 1 else 0
+    if owner.ndim != 3 or owner.dtype.kind not in "iu" or not 1 <= owner.size <= MAX_CELLS:
+        raise ValueError(f"owner has the shape {owner.shape}; 1 to {MAX_CELLS} cells have three sides, and whole numbers")
+    if not 1 <= count <= owner.size or center.shape != (count, 3) or {center.dtype.kind, extent.dtype.kind} != {"f"}:
+        raise ValueError(f"center {center.shape} and extent {extent.shape} do not belong to networks of {owner.size} cells")
+    if set(np.unique(owner).tolist()) != set(range(count)):
+        raise ValueError(f"owner names other networks than the {count} that are there")
+    if header.checksum and header.checksum != checksum(tensors):
+        raise ValueError("the checksum is another; the file was changed or damaged")
+    stacks = {name: values for name, values in tensors.items() if name not in ("owner", "center", "extent")}
+    for name, values in stacks.items():
+        if values.ndim < 1 or len(values) != count:
+            raise ValueError(f"{name} has the shape {values.shape}; there are {count} networks")
+    octaves = {"position_frequencies": header.position_frequencies, "normal_frequencies": header.normal_frequencies}
+    text = {"format": FORMAT, **octaves, "bands": header.bands}
+    places = ({"center": center[k].tolist(), "extent": float(extent[k])} for k in range(count))
+    return [
+        (parse_header(json.dumps(text | place)), {name: values[k] for name, values in stacks.items()})
+        for k, place in enumerate(places)
+    ]
 
 
 def checksum(tensors: Mapping[str, ndarray]) -> str:

@@ -27,6 +27,7 @@ from sdfprt.imaging.shot import SAMPLES, SIZES, Frame, compose
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, Material
 from sdfprt.mesh.scene import MeshScene
+from sdfprt.network.cells import AnyNet, networks
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering import frame as opengl
 from sdfprt.rendering import texture_surface, torch_backend, vertex_surface
@@ -116,15 +117,17 @@ def _machine(net: TransferNet) -> str:
 
 
 def choose(
-    net: TransferNet,
+    net: AnyNet,
     size: tuple[int, int] = (settings.Render.width, settings.Render.height),
     samples: int = settings.Render.samples,
     measured: Callable[[TransferNet], Costs] = measure,
 ) -> str:
     """The cheapest back end for a network of this size and a picture of `size` (W, H); warp where there is no OpenGL.
 
-    A picture so small that measuring takes longer than it, for a network that was never measured, is drawn by glsl.
+    A picture so small that measuring takes longer than it, for a network that was never measured, is drawn by glsl. Networks in
+    cells count as one of them.
     """
+    net = networks(net)[0]
     if not has_opengl():
         return "warp"
     rays = size[0] * size[1] * samples**2
@@ -137,7 +140,7 @@ def choose(
 @checked(size=SIZES, samples=SAMPLES)
 def frame(
     scene: AnyScene,
-    asset: Asset | TransferNet | Table,
+    asset: Asset | AnyNet | Table,
     light: Light,
     material: Material | None = None,
     camera: Camera | None = None,
@@ -176,7 +179,7 @@ def frame(
 @checked(size=SIZES, samples=SAMPLES)
 def render(
     scene: AnyScene,
-    asset: Asset | TransferNet | Table,
+    asset: Asset | AnyNet | Table,
     light: Light,
     material: Material | None = None,
     camera: Camera | None = None,

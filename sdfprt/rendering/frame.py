@@ -18,6 +18,7 @@ from sdfprt.light.prepared import PreparedLight, prepare
 from sdfprt.light.suns import Suns
 from sdfprt.material.lobes import Material, parts
 from sdfprt.mesh.scene import MeshScene
+from sdfprt.network.cells import AnyNet, CellNets
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering.mesh_surface import raster_tile
 from sdfprt.rendering.pieces import BACKGROUND, FREE, GRAIN, sun_uniforms
@@ -33,12 +34,22 @@ _TILE = 1024  # samples along a side that are rendered at once
 _ROW = 32_768  # groups along x
 
 
-def network_of(asset: Asset | TransferNet, scene: AnyScene) -> TransferNet:
-    """The network of an asset, checked to be this scene's; a bare network is taken as it is."""
-    if isinstance(asset, TransferNet):
+def network_of(asset: Asset | AnyNet, scene: AnyScene) -> AnyNet:
+    """What an asset holds, checked to be this scene's; a bare network is taken as it is."""
+    if isinstance(asset, AnyNet):
         return asset
     asset.check(scene)
     return asset.net
+
+
+def one_network_of(asset: Asset | AnyNet, scene: AnyScene, where: str) -> TransferNet:
+    """The same for what takes one network only. Raises SdfprtError for networks in cells, which `where` has not."""
+    net = network_of(asset, scene)
+    if isinstance(net, CellNets):
+        raise SdfprtError(
+            f"{scene.file}: the asset has {len(net.nets)} networks in cells, and {where} takes one; bake with --cells 1"
+        )
+    return net
 
 
 def tiles(size: tuple[int, int], samples: int) -> list[tuple[int, int, int, int]]:
@@ -61,7 +72,7 @@ def light_coefficients(light: Light, shot: Shot, net_bands: int) -> tuple[Float[
     return light.sh_dered(bands) if shot.lighting.dering else (light.sh(bands), 0.0)
 
 
-def prepared(scene: AnyScene, net: TransferNet | TextureTable, light: Light, shot: Shot) -> PreparedLight:
+def prepared(scene: AnyScene, net: AnyNet | TextureTable, light: Light, shot: Shot) -> PreparedLight:
     """The light taken apart for a shot."""
     return prepare(light, shot.lighting, shot.material, net.bands, scene.has_exponent)
 
@@ -140,7 +151,7 @@ def _mesh_suns(scene: MeshScene, suns: Suns, exponent: float, camera: Camera, ta
 
 
 @in_render_thread
-def draw(scene: AnyScene, net: TransferNet, light: Light, shot: Shot) -> Frame:
+def draw(scene: AnyScene, net: AnyNet, light: Light, shot: Shot) -> Frame:
     """Draw with learnt transfer, by OpenGL. Raises SdfprtError without OpenGL, and where the picture is not finite."""
     pixels = np.zeros((shot.size[1], shot.size[0], 4), np.float32)
     samples = shot.samples
@@ -154,7 +165,7 @@ def draw(scene: AnyScene, net: TransferNet, light: Light, shot: Shot) -> Frame:
 
 
 def lit_tiles(
-    scene: AnyScene, net: TransferNet, light: Light, shot: Shot, lit: PreparedLight | None = None
+    scene: AnyScene, net: AnyNet, light: Light, shot: Shot, lit: PreparedLight | None = None
 ) -> Iterator[tuple[tuple[int, int, int, int], moderngl.Texture]]:
     """Tiles of the picture, and the radiance of their samples while it is on the card; the next one draws over it.
 

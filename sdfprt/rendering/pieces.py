@@ -20,6 +20,7 @@ from sdfprt.light.suns import Suns
 from sdfprt.material.lobes import Diffuse, Material, parts
 from sdfprt.material.shading import ExactLight
 from sdfprt.maths import sh
+from sdfprt.network.cells import AnyNet, CellNets, networks
 from sdfprt.network.mlp import SLOPE, TransferNet
 from sdfprt.sdf.scene import NORMAL_STEP, Scene
 
@@ -117,8 +118,12 @@ def shadow_uniforms(scene: Scene) -> dict[str, Any]:
     }
 
 
-def network_uniforms(net: TransferNet) -> dict[str, Any]:
-    """Uniforms of network.glsl, without the weights."""
+def network_uniforms(net: AnyNet) -> dict[str, Any]:
+    """Uniforms of network.glsl, or of cells.glsl, without the weights."""
+    if isinstance(net, CellNets):
+        cells = net.cells
+        counts = tuple(map(int, cells.owner.shape))
+        return {"cellsLow": cells.low, "cellsSide": cells.side, "cellsCount": counts, "cellsBand": float(cells.band)}
     return {"networkCenter": tuple(map(float, net.center)), "networkExtent": float(net.extent), "networkScale": fours(net.scale)}
 
 
@@ -145,11 +150,11 @@ def fixed_fragment(pieces: tuple[str, ...]) -> str:
     return "\n".join([VERSION, join(pieces)])
 
 
-def light_compute(net: TransferNet, variant: Variant) -> str:
+def light_compute(net: AnyNet, variant: Variant) -> str:
     """The second pass, a compute shader without text of the user's; without weights too, the same for all, if not `constant`."""
     tau = [] if variant.fixed_light or variant.exact else [tau_text(net.bands, variant.light_bands, variant.result_bands)]
-    weights = [constant_network(net)] if variant.constant else []
-    return "\n".join([VERSION, defines(net, variant), *tau, *weights, join(light_pieces(variant))])
+    weights = [constant_network(net)] if variant.constant and isinstance(net, TransferNet) else []
+    return "\n".join([VERSION, defines(net, variant), *tau, *weights, join(light_pieces(net, variant))])
 
 
 def lit_stage(pieces: tuple[str, ...], bands: int, variant: Variant) -> str:
@@ -171,8 +176,10 @@ def _shading_sizes(bands: int, variant: Variant) -> dict[str, int]:
     }
 
 
-def light_pieces(variant: Variant) -> tuple[str, ...]:
+def light_pieces(net: AnyNet, variant: Variant) -> tuple[str, ...]:
     """The pieces of the second pass."""
+    if len(networks(net)) > 1:
+        return (LIGHT[0], "cells", *LIGHT[1:])
     return LIGHT[1:] if variant.constant else LIGHT
 
 
@@ -226,13 +233,27 @@ def block_count(net: TransferNet) -> int:
     return sum(_quads(len(b)) * count for (_, b), count in zip(net.weights, columns, strict=True))
 
 
-def weights_texture(net: TransferNet) -> np.ndarray:
-    """All weights as (rows, 4 * BLOCKS, 4): 4x4 blocks row of blocks after row, then the biases in fours."""
+def weights_texture(net: AnyNet) -> np.ndarray:
+    """All weights as (rows, 1024, 4): 4x4 blocks row of blocks after row, then the biases in fours.
+
+    Of cells, network after network, each with its box and its scale at the end, then the number of the network of each cell.
+    """
+    flat = _weights(net) if isinstance(net, TransferNet) else _weights_of_cells(net)
+    return np.pad(flat, ((0, -len(flat) % _TEXELS), (0, 0))).reshape(-1, _TEXELS, 4)
+
+
+def _weights(net: TransferNet) -> np.ndarray:
     matrices = [shader_columns(net), *(w for w, _ in net.weights[1:])]
     quads = [np.concatenate([blocks(w) for w in matrices]).reshape(-1, 4)]
     quads += [fours(b) for _, b in net.weights]
-    flat = np.concatenate(quads).astype(np.float32)
-    return np.pad(flat, ((0, -len(flat) % _TEXELS), (0, 0))).reshape(-1, _TEXELS, 4)
+    return np.concatenate(quads).astype(np.float32)
+
+
+def _weights_of_cells(net: CellNets) -> np.ndarray:
+    each = [np.concatenate([_weights(one), [(*one.center, one.extent)], fours(one.scale)]) for one in net.nets]
+    owners = np.zeros((net.cells.owner.size, 4))
+    owners[:, 0] = net.cells.owner.ravel(order="F")  # x fastest
+    return np.concatenate([*each, owners]).astype(np.float32)
 
 
 def gloss_layers(exact: ExactLight) -> np.ndarray:
@@ -260,9 +281,13 @@ def sun_uniforms(suns: Suns) -> dict[str, Any]:
     return {"sunCount": len(suns), "sunDirection": directions, "sunEnergy": energy}
 
 
-def defines(net: TransferNet, variant: Variant) -> str:
+def defines(net: AnyNet, variant: Variant) -> str:
     """The sizes that the pieces ask for, in fours where they count vectors."""
+    count, net = len(networks(net)), networks(net)[0]
+    outputs = _quads(net.bands**2)
     values = {
+        "CELLS": count,
+        "STRIDE": 4 * block_count(net) + sum(_quads(len(b)) for _, b in net.weights) + 1 + outputs,
         "POSITION_OCTAVES": net.position_frequencies,
         "NORMAL_OCTAVES": net.normal_frequencies,
         "INPUTS": _inputs(net),

@@ -16,7 +16,7 @@ from sdfprt.core.errors import SdfprtError
 from sdfprt.core.opengl import context, driver
 from sdfprt.imaging.shot import Shot
 from sdfprt.material.shading import ExactLight
-from sdfprt.network.mlp import TransferNet
+from sdfprt.network.cells import AnyNet, networks
 from sdfprt.rendering.pieces import (
     GOURAUD,
     GOURAUD_VERTEX,
@@ -98,11 +98,11 @@ class Programs:
         set_uniforms(made.program, values, **values)  # a piece of the march is left out
         return made
 
-    def lighting_program(self, net: TransferNet, variant: Variant) -> moderngl.ComputeShader:
+    def lighting_program(self, net: AnyNet, variant: Variant) -> moderngl.ComputeShader:
         """The program of the second pass, with what belongs to the network set."""
 
         def compiled() -> moderngl.ComputeShader:
-            with _placed(light_pieces(variant), "network"):
+            with _placed(light_pieces(net, variant), "network"):
                 return context().compute_shader(light_compute(net, variant))
 
         program = self.lightings.get((defines(net, variant), variant, net.bands), compiled)
@@ -145,7 +145,7 @@ class Programs:
 
         return self.mesh_programs.get(("textured", str(bands), str(variant)), compiled)
 
-    def choose_variant(self, net: TransferNet, shot: Shot) -> Variant:
+    def choose_variant(self, net: AnyNet, shot: Shot) -> Variant:
         """The lighting program for this shot.
 
         A GPU's invocation takes one point. On a CPU, where each fetch of a weight is dear, it takes 8 (on llvmpipe 4, 8 and 16
@@ -154,8 +154,9 @@ class Programs:
         points, constant = 1, ""
         if on_cpu():
             self.lit[net.digest] = self.lit.get(net.digest, 0) + shot.fine[0] * shot.fine[1]
-            few = sum(weight.size for weight, _ in net.weights) <= settings.Render.constant_most
-            pays = few and self.lit[net.digest] > settings.Render.constant_after
+            all_of_them = networks(net)
+            few = sum(weight.size for weight, _ in all_of_them[0].weights) <= settings.Render.constant_most
+            pays = len(all_of_them) == 1 and few and self.lit[net.digest] > settings.Render.constant_after
             points, constant = (1, net.digest) if pays else (8, "")
         options = shot.lighting
         return Variant(

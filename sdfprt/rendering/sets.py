@@ -32,7 +32,7 @@ from sdfprt.light.light import Light
 from sdfprt.material.lobes import Material, parts
 from sdfprt.material.lobes import name as material_name
 from sdfprt.material.lobes import parse as parse_material
-from sdfprt.network.mlp import TransferNet
+from sdfprt.network.cells import AnyNet
 from sdfprt.network.stored import WIDTHS
 from sdfprt.rendering.frame import draw as draw_frame
 from sdfprt.sdf.kinds import AnyScene
@@ -49,7 +49,7 @@ class Job:
     """One picture, as a worker gets it."""
 
     scene: AnyScene
-    net: TransferNet
+    net: AnyNet
     light: Light
     shot: Shot
     exposure: float

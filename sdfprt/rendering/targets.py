@@ -11,10 +11,11 @@ from typing import Generic, Protocol, TypeVar, runtime_checkable
 import moderngl
 import numpy as np
 
+from sdfprt.core.errors import SdfprtError
 from sdfprt.core.opengl import context
 from sdfprt.light.light import Light
 from sdfprt.material.shading import ExactLight
-from sdfprt.network.mlp import TransferNet
+from sdfprt.network.cells import AnyNet
 from sdfprt.rendering.pieces import GRAIN, gloss_layers, weights_texture
 from sdfprt.rendering.units import Unit
 from sdfprt.sdf.textures import Texels
@@ -139,9 +140,13 @@ def scene_texture(gl: moderngl.Context, texels: Texels) -> Texture:
     return made
 
 
-def network_texture(gl: moderngl.Context, net: TransferNet) -> moderngl.Texture:
-    """A network's weights, as network.glsl reads them."""
+def network_texture(gl: moderngl.Context, net: AnyNet) -> moderngl.Texture:
+    """A network's weights, as network.glsl reads them. Raises SdfprtError for more than a texture of the driver holds."""
     values = weights_texture(net)
+    if len(values) > (most := int(gl.info["GL_MAX_TEXTURE_SIZE"])):
+        raise SdfprtError(
+            f"the weights take {len(values)} rows of a texture, and the OpenGL driver takes {most}; use --backend warp"
+        )
     made = gl.texture(values.shape[1::-1], 4, values.tobytes(), dtype="f4")
     made.filter = (moderngl.NEAREST, moderngl.NEAREST)
     return made

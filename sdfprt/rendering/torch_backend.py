@@ -23,6 +23,7 @@ from sdfprt.light.prepared import PreparedLight
 from sdfprt.light.suns import NO_SUNS, Suns
 from sdfprt.material import shading
 from sdfprt.material.lobes import parts
+from sdfprt.network.cells import AnyNet, CellNets
 from sdfprt.network.mlp import TransferNet, activate, encode
 from sdfprt.rendering.frame import checked, prepared, tiles, trace_suns, trace_tile
 from sdfprt.rendering.traced import sun_planes, trace_planes
@@ -61,7 +62,7 @@ def batch_of(net: TransferNet, where: str) -> int:
 
 @torch.no_grad()
 def predict(
-    net: TransferNet,
+    net: AnyNet,
     points: Float[Any, "n 3"],
     normals: Float[Any, "n 3"],
     batch: int | None = None,
@@ -70,9 +71,16 @@ def predict(
     """Transfer at surface points with unit normals, as TransferNet.predict, by torch on its device.
 
     `kind` is the type of weights and activations: by default 16 bits on CUDA, which moves T by some 1e-3, and 32 elsewhere.
+    Points of a scene in cells are sorted, so that a batch runs one network.
     """
     where = device()
     all_points, all_normals = (torch.as_tensor(v, dtype=torch.float32, device=where) for v in (points, normals))
+    if isinstance(net, CellNets):
+        blended = torch.zeros((len(all_points), len(net.scale)), device=where)
+        for number, rows, shares in net.cells.batches(all_points):
+            found = predict(net.nets[number], all_points[rows], all_normals[rows], batch, kind)
+            blended[rows] += shares[:, None].float() * found
+        return blended
     batch = batch or batch_of(net, where)
     kind = kind or (torch.float16 if where == "cuda" else torch.float32)
     layers = [(torch.from_numpy(w).to(where, kind), torch.from_numpy(b).to(where, kind)) for w, b in net.weights]
@@ -151,7 +159,7 @@ def _seen_by_warp(scene: AnyScene, shot: Shot, suns: Suns = NO_SUNS) -> Iterator
 SURFACES = {"torch": _seen_by_opengl, "warp": _seen_by_warp}
 
 
-def draw(scene: AnyScene, net: TransferNet, light: Light, shot: Shot, surface: str = "torch") -> Frame:
+def draw(scene: AnyScene, net: AnyNet, light: Light, shot: Shot, surface: str = "torch") -> Frame:
     """As rendering.frame.draw; `surface` torch traces by OpenGL, warp needs none.
 
     Raises SdfprtError for torch without OpenGL, for the triple product in each fragment, and where the picture is not finite.
@@ -164,7 +172,7 @@ def draw(scene: AnyScene, net: TransferNet, light: Light, shot: Shot, surface: s
 
 @torch.no_grad()
 def picture_on_device(
-    scene: AnyScene, net: TransferNet, light: Light, shot: Shot, surface: str = "torch", lit: PreparedLight | None = None
+    scene: AnyScene, net: AnyNet, light: Light, shot: Shot, surface: str = "torch", lit: PreparedLight | None = None
 ) -> Float[torch.Tensor, "h w 4"]:
     """Radiance and alpha of `draw`, left where torch computes."""
     shot.refuse_beyond(f"the back end {surface}", "dering", "light_bands", "result_bands", "suns", "gloss")

@@ -18,7 +18,7 @@ from sdfprt.light.light import Light
 from sdfprt.light.prepared import prepare
 from sdfprt.material import shading
 from sdfprt.material.lobes import Material, parts
-from sdfprt.network.mlp import TransferNet
+from sdfprt.network.cells import AnyNet
 from sdfprt.sdf.kinds import AnyScene
 from sdfprt.transfer.compute import compute_transfer
 from sdfprt.transfer.seen import Seen, see
@@ -77,7 +77,7 @@ class View:
         """The same view with fewer bands."""
         return View(self.scene, self.seen, self.transfer[:, : bands**2])
 
-    def predicted(self, net: TransferNet) -> "View":
+    def predicted(self, net: AnyNet) -> "View":
         """The same hit points with a network's transfer."""
         return View(self.scene, self.seen, net.predict(self.seen.points, self.seen.normals))
 

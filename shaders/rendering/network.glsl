@@ -10,6 +10,11 @@ uniform vec3 networkCenter;
 uniform float networkExtent;
 uniform vec4 networkScale[OUTPUTS];
 uniform int once;  // 1: loops whose length the compiler cannot know stay loops, and compile in seconds
+#if CELLS > 1
+int networkStart;  // first texel of the network that is asked: cells.glsl chooses
+#else
+const int networkStart = 0;
+#endif
 
 // Columns of a block, and a bias, in rows of 1024 texels.
 vec4 weightTexel(int at) {
@@ -22,16 +27,41 @@ vec4 weightTexel(int at) {
 }
 
 mat4 weightBlock(int at) {
-    return mat4(weightTexel(4 * at), weightTexel(4 * at + 1), weightTexel(4 * at + 2), weightTexel(4 * at + 3));
+    at = networkStart + 4 * at;
+    return mat4(weightTexel(at), weightTexel(at + 1), weightTexel(at + 2), weightTexel(at + 3));
+}
+
+// Centre and extent of the box that the features are relative to, and what the rows of outputs are multiplied with: uniforms, or of
+// each network in cells the last of its texels.
+vec4 networkBox() {
+#if CELLS > 1
+    return weightTexel(networkStart + STRIDE - OUTPUTS - 1);
+#else
+    return vec4(networkCenter, networkExtent);
+#endif
+}
+
+vec4 networkScales(int row) {
+#if CELLS > 1
+    return weightTexel(networkStart + STRIDE - OUTPUTS + row);
+#else
+    return networkScale[row];
+#endif
 }
 
 // T_i at POINTS points p with unit normals n, in fours, point after point; a weight is fetched once for all of them.
-void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS]) {
+#if CELLS > 1
+void cellNetwork(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS])
+#else
+void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS])
+#endif
+{
     // Features: x, n, then sin and cos of pi v, 2 pi v, 4 pi v … by the formulas of the double angle, first of x, then of n;
     // two octaves fill three quads
     vec4 a[POINTS * (INPUTS > WIDTH ? INPUTS : WIDTH)], b[POINTS * (WIDTH > OUTPUTS ? WIDTH : OUTPUTS)];
+    vec4 box = networkBox();
     for (int k = 0; k < POINTS * once; k++) {
-        vec3 x = (p[k] - networkCenter) / networkExtent;
+        vec3 x = (p[k] - box.xyz) / box.w;
         a[k] = vec4(x, n[k].x);
         a[POINTS + k] = vec4(n[k].yz, 0.0, 0.0);
         vec3 s = sin(3.14159265358979 * x), c = cos(3.14159265358979 * x);
@@ -59,7 +89,7 @@ void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS]
         int rows = layer == LAYERS - 1 ? OUTPUTS : WIDTH;
         for (int row = 0; row < rows; row++) {
             vec4 sum[POINTS];
-            vec4 start = weightTexel(bias + row);
+            vec4 start = weightTexel(networkStart + bias + row);
             for (int k = 0; k < POINTS; k++) sum[k] = start;
             for (int column = 0; column < columns; column++) {
                 mat4 weights = weightBlock(block + column);
@@ -73,5 +103,5 @@ void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS]
         for (int i = 0; i < POINTS * WIDTH * once; i++) a[i] = max(b[i], 0.01 * b[i]);
     }
     for (int row = 0; row < OUTPUTS; row++)
-        for (int k = 0; k < POINTS; k++) transfer[k * OUTPUTS + row] = networkScale[row] * tanh(b[POINTS * row + k]);
+        for (int k = 0; k < POINTS; k++) transfer[k * OUTPUTS + row] = networkScales(row) * tanh(b[POINTS * row + k]);
 }

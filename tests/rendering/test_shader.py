@@ -21,13 +21,29 @@ from sdfprt.rendering.targets import network_texture
 from sdfprt.rendering.uniforms import set_uniforms
 from sdfprt.sdf.scene import Scene
 
+# One quad of transfer at each of 64 points, POINTS of them together
+MAIN = """
+uniform sampler2D points;
+uniform int quad;
+out vec4 result;
+void main() {
+    vec3 p[POINTS], n[POINTS];
+    vec4 transfer[POINTS * OUTPUTS];
+    int at = int(gl_FragCoord.x), mine = at % POINTS;
+    for (int k = 0; k < POINTS; k++) {
+        p[k] = texelFetch(points, ivec2(at - mine + k, 0), 0).xyz;
+        n[k] = texelFetch(points, ivec2(at - mine + k, 1), 0).xyz;
+    }
+    network(p, n, transfer);
+    result = transfer[mine * OUTPUTS + quad];
+}"""
 PIECES = sorted(folder("shaders").glob("*/*.glsl"))
 
 
 @pytest.mark.parametrize("path", PIECES, ids=lambda p: p.stem)
 def test_each_piece_compiles_alone(path, tmp_path):
     stage = "vert" if path.stem.endswith("vertex") else "comp" if path.stem == "light" else "frag"
-    sizes = pieces.defines(nets.random_net(), Variant(3))
+    sizes = pieces.defines(nets.random_cells() if path.stem == "cells" else nets.random_net(), Variant(3))
     for extra in ("", "#define HAS_ALBEDO\n#define HAS_EXPONENT\n"):
         source = tmp_path / f"piece.{stage}"
         source.write_text(f"#version 430\n{extra}{sizes}\n{path.read_text()}")
@@ -41,8 +57,7 @@ def _transfer_by_shader(net, text: str, quads: int, points: np.ndarray, normals:
     """What main's quads give at 64 points."""
     gl = context()
     program = gl.program(vertex_shader=f"#version 430\n{pieces.piece('vertex')}", fragment_shader=text)
-    scale = np.pad(net.scale, (0, -len(net.scale) % 4))
-    given = {"networkCenter": net.center, "networkExtent": net.extent, "networkScale": scale, "once": 1, "networkWeights": 1}
+    given = {**pieces.network_uniforms(net), "once": 1, "networkWeights": 1}
     set_uniforms(program, given, points=0, **given)  # weights as constants need none of them
     network_texture(gl, net).use(1)
     source = gl.texture((64, 2), 3, np.concatenate([points, normals]).tobytes(), dtype="f4")
@@ -58,6 +73,13 @@ def _transfer_by_shader(net, text: str, quads: int, points: np.ndarray, normals:
     return np.concatenate(values, axis=1)
 
 
+def _random_points() -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(1)
+    points = rng.uniform(-1, 1, (64, 3)).astype(np.float32)
+    normals = rng.normal(size=(64, 3)).astype(np.float32)
+    return points, normals / np.linalg.norm(normals, axis=1, keepdims=True)
+
+
 @pytest.mark.parametrize("constant", [False, True], ids=["textures", "constants"])
 @pytest.mark.parametrize(
     ("width", "layers", "bands", "octaves", "together"), [(16, 3, 4, (2, 1), 1), (20, 2, 3, (3, 0), 4), (8, 5, 1, (0, 2), 2)]
@@ -66,30 +88,30 @@ def test_the_shaders_network_is_the_networks_own(width, layers, bands, octaves, 
     together = 1 if constant else together
     net = nets.random_net(width, layers, bands, octaves)
     quads = -(-(bands * bands) // 4)
-    main = """
-        uniform sampler2D points;
-        uniform int quad;
-        out vec4 result;
-        void main() {
-            vec3 p[POINTS], n[POINTS];
-            vec4 transfer[POINTS * OUTPUTS];
-            int at = int(gl_FragCoord.x), mine = at % POINTS;
-            for (int k = 0; k < POINTS; k++) {
-                p[k] = texelFetch(points, ivec2(at - mine + k, 0), 0).xyz;
-                n[k] = texelFetch(points, ivec2(at - mine + k, 1), 0).xyz;
-            }
-            network(p, n, transfer);
-            result = transfer[mine * OUTPUTS + quad];
-        }"""
     network = pieces.constant_network(net) if constant else pieces.piece("network")
-    text = "\n".join(["#version 430", pieces.defines(net, Variant(1, points=together)), network, main])
-    rng = np.random.default_rng(1)
-    points = rng.uniform(-1, 1, (64, 3)).astype(np.float32)
-    normals = rng.normal(size=(64, 3)).astype(np.float32)
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    text = "\n".join(["#version 430", pieces.defines(net, Variant(1, points=together)), network, MAIN])
+    points, normals = _random_points()
     got = _transfer_by_shader(net, text, quads, points, normals)[:, : bands * bands]
     # float32 sums in another order, and the error of doubled angles
     np.testing.assert_allclose(got, net.predict(points, normals), rtol=0, atol=2e-5)
+
+
+@pytest.mark.parametrize("together", [1, 4])
+def test_the_shader_blends_the_networks_of_cells_as_numpy_does(together):
+    net = nets.random_cells()
+    chosen = pieces.join(("network", "cells"))
+    text = "\n".join(["#version 430", pieces.defines(net, Variant(1, points=together)), chosen, MAIN])
+    points, normals = _random_points()
+    points[:16, 0] = -0.2 + np.linspace(-0.04, 0.04, 16)  # within the blend of a cut
+    points[8:24, 2] = -0.1 + np.linspace(-0.05, 0.05, 16)  # and some of them near an edge where four cells meet
+    got = _transfer_by_shader(net, text, 4, points, normals)
+    assert max(len(each) for each in _networks_asked(net, points)) == 3
+    np.testing.assert_allclose(got, net.predict(points, normals), rtol=0, atol=5e-5)
+
+
+def _networks_asked(net, points):
+    numbers, shares = net.cells.shares(points)
+    return [set(n[s > 0]) for n, s in zip(numbers, shares, strict=True)]
 
 
 def test_a_users_names_and_macros_do_not_touch_ours():

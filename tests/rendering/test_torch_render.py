@@ -5,7 +5,7 @@ import ctypes
 import numpy as np
 import pytest
 import torch
-from nets import random_net, scene
+from nets import random_cells, random_net, scene
 
 from sdfprt import Light, Scene
 from sdfprt.baking.asset import find_asset
@@ -42,6 +42,15 @@ def test_each_back_end_shows_the_picture_of_the_shader(backend, least):
     if backend == "torch":  # the same pass found the silhouette: also the light behind it is the same
         assert (ours.alpha == shader.alpha).all()
         assert metrics.compare(ours.rgb, shader.rgb)["psnr"] > 45
+
+
+@pytest.mark.parametrize(("backend", "least"), [("torch", 60), ("warp", 45)])
+@pytest.mark.parametrize("suns", ["off", 2])
+def test_networks_in_cells_are_the_same_picture_everywhere(backend, least, suns):
+    light = Light.load("sky_afternoon")
+    options = {"material": DiffusePhong(exponent=16), "size": (72, 72), "suns": suns}
+    ours = frame(scene(), random_cells(), light, **options, backend=backend)
+    assert psnr_inside(ours, frame(scene(), random_cells(), light, **options)) > least
 
 
 @pytest.mark.parametrize("backend", ["torch", "warp"])

@@ -15,6 +15,7 @@ from typing import Any
 
 from numpy import ndarray
 
+from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
 from sdfprt.sdf import lattice
 from sdfprt.sdf.kinds import AnyScene
@@ -104,11 +105,19 @@ def each(client: Any, function: Callable, tasks: Iterable[tuple]) -> Iterator[tu
 
 
 def transfer(
-    scene: AnyScene, points: ndarray, normals: ndarray, bands: int, rays: int, seed: int, start: int, rounded: bool
+    scene: AnyScene,
+    points: ndarray,
+    normals: ndarray,
+    bands: int,
+    rays: int,
+    seed: int,
+    start: int,
+    rounded: bool,
+    sampling: str = settings.Transfer.sampling,
 ) -> ndarray:
     """The task of the bake: transfer of points whose numbers begin at `start`, by the lattice if `rounded`; joins the others'."""
     by = lattice.worthwhile(scene) if rounded and isinstance(scene, Scene) else None
-    return compute_transfer(scene, points, normals, bands, rays, seed=seed, start=start, lattice=by)
+    return compute_transfer(scene, points, normals, bands, rays, seed=seed, start=start, lattice=by, sampling=sampling)
 
 
 @functools.cache

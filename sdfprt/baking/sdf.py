@@ -57,6 +57,7 @@ def bake(
     resolution: int = settings.Texture.resolution,
     sets: str = settings.Texture.sets,
     light: Light | None = None,
+    sampling: str = settings.Transfer.sampling,
 ) -> Any:
     """The Asset of a scene: shipped, from the cache, or made now, resuming what an earlier call left unfinished.
 
@@ -64,8 +65,9 @@ def bake(
     search.ENCODINGS that reaches it in both, in place of `width` and `layers`; `info["curve"]` holds what each reached, and
     `info["target_reached"]` whether one did; if not, the nearest comes back. `info["warning"]` is there where the validation error
     is far beyond the usual. `preview` is a rough network in seconds. `fresh` makes one even where weights ship with the scene or
-    lie in the cache. `rays` a point default to settings.Transfer's. `cluster`, a Dask scheduler's address, has its workers trace
-    the rays; the asset is the same to the bit. `bands` default to settings.Transfer's, in textures to settings.Texture's.
+    lie in the cache. `rays` a point default to settings.Transfer's; `sampling`, of maths.sequences.SAMPLINGS, chooses their
+    directions (those of validation are always the sequence's). `cluster`, a Dask scheduler's address, has its workers trace the
+    rays; the asset is the same to the bit. `bands` default to settings.Transfer's, in textures to settings.Texture's.
 
     `storage` "vertex" gives a VertexTable of a mesh, with `bounces` diffuse interreflections, or not `shadowed`; "texture" a
     TextureTable of `resolution` texels squared, one or one an object (`sets`: auto, one, object), or not `shadowed`; its
@@ -73,9 +75,9 @@ def bake(
     Raises SdfprtError where the scene has no surface or its distance is NaN.
     """
     if storage == "vertex":
-        return bake_vertices(scene, bands or settings.Transfer.bands, rays, seed, bounces, shadowed, fresh)
+        return bake_vertices(scene, bands or settings.Transfer.bands, rays, seed, bounces, shadowed, fresh, sampling)
     if storage == "texture":
-        own = bands or settings.Texture.bands, rays, seed, resolution, sets, shadowed, fresh, bounces, light
+        own = bands or settings.Texture.bands, rays, seed, resolution, sets, shadowed, fresh, bounces, light, sampling
         made = bake_textures(scene, *own)
         trim_work(KEEP)
         return made
@@ -91,7 +93,7 @@ def bake(
     check_memory(f"bake: {points:,} points with {bands} bands", points * (fit_bytes(bands) + 24.0))
 
     # What is there already
-    recipe = (layers, bands, points, rays, steps, seed, target_psnr)
+    recipe = (layers, bands, points, rays, steps, seed, target_psnr, *stages.marked(sampling))
     usual = recipe == _usual()
     path = cached_path(scene, width) if usual else cached_path(scene, width, stages.digest(width, *recipe))
     if not fresh and (found := find_asset(scene, width) if usual else Asset.find(path, scene)):
@@ -99,7 +101,7 @@ def bake(
 
     # Networks of one size, or of those that the search tries
     work = cache_folder() / WORK
-    traced, train, validation = _samples(scene, points, rays, bands, seed, resolution, cluster)
+    traced, train, validation = _samples(scene, points, rays, bands, seed, resolution, cluster, sampling)
     looks = search.views(scene, work, bands, seed) if target_psnr else []
 
     def fitted(size: Size, stop: float | None) -> Fitted:
@@ -126,14 +128,15 @@ def bake(
 
 
 def _samples(
-    scene: AnyScene, points: int, rays: int, bands: int, seed: int, resolution: int, cluster: str | None
+    scene: AnyScene, points: int, rays: int, bands: int, seed: int, resolution: int, cluster: str | None, sampling: str
 ) -> tuple[str, Samples, Samples]:
     """The name of what was traced, samples to train on, and samples for validation, with more rays and by the field alone."""
     work, held = cache_folder() / WORK, settings.Fit.held_out
     rounded = points * rays > settings.Lattice.few and not isinstance(scene, MeshScene)
-    parts = Part(0, points, rays, rounded), Part(points, points + held, settings.Fit.held_out_rays, False)
+    parts = Part(0, points, rays, rounded, sampling), Part(points, points + held, settings.Fit.held_out_rays, False)
     key = stages.digest(scene.hash, points, held, seed, resolution, asdict(settings.Surface()))
-    traced = work / f"transfer-{stages.digest(key, bands, rays, asdict(settings.Trace()), asdict(settings.Lattice()))}"
+    by = [asdict(settings.Trace()), asdict(settings.Lattice()), *stages.marked(sampling)]
+    traced = work / f"transfer-{stages.digest(key, bands, rays, *by)}"
     with workers.connect(cluster) if cluster else nullcontext() as client:  # first, since it may not be there
         drawn = stages.surface(scene, work / f"surface-{key}.npz", points + held, held, seed, resolution)
         if client is not None:

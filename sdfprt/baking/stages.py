@@ -20,6 +20,7 @@ from sdfprt.core.cache import regular_file
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
 from sdfprt.core.progress import track
+from sdfprt.maths.sequences import SAMPLINGS
 from sdfprt.mesh import samples as mesh_samples
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.network.fit import fit_transfer
@@ -44,17 +45,25 @@ class Size(NamedTuple):
 
 @dataclass(frozen=True)
 class Part:
-    """Surface samples start … stop - 1, which are traced alike: `rays` a point, by the lattice if `rounded`."""
+    """Surface samples start … stop - 1, which are traced alike: `rays` a point, by the lattice if `rounded`, by one `sampling`."""
 
     start: int
     stop: int
     rays: int
     rounded: bool
+    sampling: str = settings.Transfer.sampling
 
 
 def digest(*parts: object) -> str:
     """Of all that a stage's result depends on."""
     return hashlib.sha256(json.dumps([_VERSION, *parts]).encode()).hexdigest()[:20]
+
+
+def marked(sampling: str) -> list[str]:
+    """What a digest holds of it: nothing of the usual one. Raises SdfprtError for one that does not exist."""
+    if sampling not in SAMPLINGS:
+        raise SdfprtError(f"sampling {sampling}: there is no such one; there are {', '.join(SAMPLINGS)}")
+    return [] if sampling == settings.Transfer.sampling else [sampling]
 
 
 def cached(path: Path, shapes: dict[str, tuple[int, int]], make: Callable[[], Arrays]) -> Arrays:
@@ -103,7 +112,8 @@ def samples(scene: AnyScene, drawn: Arrays, part: Part, folder: Path, bands: int
         chunk = slice(first, min(first + CHUNK, len(points)))
 
         def trace(chunk: slice = chunk, start: int = part.start + first) -> Arrays:
-            return {"T": workers.transfer(scene, points[chunk], normals[chunk], bands, part.rays, seed, start, part.rounded)}
+            same = bands, part.rays, seed, start, part.rounded, part.sampling
+            return {"T": workers.transfer(scene, points[chunk], normals[chunk], *same)}
 
         shapes = {"T": (chunk.stop - chunk.start, bands * bands)}
         transfer[chunk] = cached(folder / f"{part.start + first:08d}.npz", shapes, trace)["T"]
@@ -129,7 +139,8 @@ def trace_ahead(client: Any, scene: AnyScene, drawn: Arrays, part: Part, folder:
     if not isinstance(scene, MeshScene):
         _ = scene.native  # translated once, here
     arguments = (
-        (scene, drawn["points"][cut], drawn["normals"][cut], bands, part.rays, seed, cut.start, part.rounded) for _, cut in tasks
+        (scene, drawn["points"][cut], drawn["normals"][cut], bands, part.rays, seed, cut.start, part.rounded, part.sampling)
+        for _, cut in tasks
     )
     with track("transfer", len(tasks)) as advance:
         for number, values in workers.each(client, workers.transfer, arguments):

@@ -28,11 +28,13 @@ def bake_vertices(
     bounces: int = 0,
     shadowed: bool = True,
     fresh: bool = False,
+    sampling: str = settings.Transfer.sampling,
 ) -> VertexTable:
     """Transfer at the vertices of a mesh, from the cache or made now, resuming what an earlier call left unfinished.
 
     `bounces` diffuse interreflections have the file's colours inside, or the scene's material's. `rays` a vertex default to
-    settings.Vertex, fewer for many vertices. Raises SdfprtError for an SDF, and for bounces without shadows.
+    settings.Vertex, fewer for many vertices; `sampling` chooses their directions. Raises SdfprtError for an SDF, for bounces
+    without shadows, and for a sampling where there are no rays.
     """
     if not isinstance(scene, MeshScene):
         raise SdfprtError(f"{scene.file}: vertex storage needs a mesh; an SDF has no vertices: use network storage")
@@ -42,8 +44,11 @@ def bake_vertices(
     budget = settings.Vertex
     rays = rays or int(np.clip(budget.budget // count, budget.least, budget.rays))
     albedo = _albedo(scene) if bounces else np.empty((0, 3), np.float32)
+    by = stages.marked(sampling)
+    if by and not shadowed:
+        raise SdfprtError(f"sampling {sampling}: unshadowed transfer has a closed form and no rays; leave it out")
     inside = [bounces, stages.digest(albedo.astype(float).tolist())] if bounces else []
-    key = stages.digest("vertex", bands, rays if shadowed else 0, seed, shadowed, inside, asdict(settings.Mesh()))
+    key = stages.digest("vertex", bands, rays if shadowed else 0, seed, shadowed, inside, asdict(settings.Mesh()), *by)
     path = cached_path(scene, 0, key)
     if not fresh and regular_file(path):
         try:
@@ -52,16 +57,16 @@ def bake_vertices(
             pass  # damaged: made again
     points, normals, back = rows(scene)
     if shadowed:
-        work = (
-            cache_folder() / WORK / f"transfer-{stages.digest('vertices', scene.hash, bands, rays, seed, asdict(settings.Mesh()))}"
-        )
+        key = stages.digest("vertices", scene.hash, bands, rays, seed, asdict(settings.Mesh()), *by)
+        work = cache_folder() / WORK / f"transfer-{key}"
         drawn = {"points": points, "normals": normals}
-        _, _, direct = stages.samples(scene, drawn, Part(0, count, rays, False), work, bands, seed)
+        _, _, direct = stages.samples(scene, drawn, Part(0, count, rays, False, sampling), work, bands, seed)
     else:
         direct = unshadowed(normals, bands).astype(np.float32)
     transfer = direct[:, None]
     if bounces:
-        transfer = bounced(scene, points, normals, back, direct, albedo, bounces, min(rays, budget.bounce_rays), seed)
+        few = min(rays, budget.bounce_rays)
+        transfer = bounced(scene, points, normals, back, direct, albedo, bounces, few, seed, sampling)
     table = VertexTable(np.ascontiguousarray(transfer), scene.hash, bounces, shadowed, {"rays": rays, "rows": count}, str(path))
     path.parent.mkdir(parents=True, exist_ok=True)
     table.save(path)

@@ -39,21 +39,26 @@ def bake_textures(
     fresh: bool = False,
     bounces: int = 0,
     light: Light | None = None,
+    sampling: str = settings.Transfer.sampling,
 ) -> TextureTable:
     """Transfer in textures of `resolution` texels squared, from the cache or made now, resuming what an earlier call left.
 
     `bounces` diffuse interreflections of `light` have it and the colours of the scene inside. `sets` are those of mesh.unwrap.
-    `rays` a texel default to settings.Texture, fewer for many texels. Raises SdfprtError for an SDF, for a mesh that cannot be
-    unwrapped, for bounces without a light or without shadows, and for more textures than an array or the memory holds.
+    `rays` a texel default to settings.Texture, fewer for many texels; `sampling` chooses their directions. Raises SdfprtError for
+    an SDF, for a mesh that cannot be unwrapped, for bounces without a light or without shadows, for a sampling where there are no
+    rays, and for more textures than an array or the memory holds.
     """
     if not isinstance(scene, MeshScene):
         raise SdfprtError(f"{scene.file}: texture storage needs a mesh; an SDF has no texture coordinates: use network storage")
     if bounces < 0 or (bounces and (light is None or not shadowed)):
         raise SdfprtError(f"bounces {bounces}: textures hold them for one light: give it, and shadowed transfer")
+    by = stages.marked(sampling)
+    if by and not shadowed:
+        raise SdfprtError(f"sampling {sampling}: unshadowed transfer has a closed form and no rays; leave it out")
     uvs = [] if scene.uvs is None else [stages.digest(scene.uvs.astype(float).tolist())]
     parts = [stages.digest(scene.objects.tolist())] if sets != "one" else []
     own = [asdict(settings.Texture()), asdict(settings.Mesh()), resolution, sets, *uvs, *parts]
-    key = stages.digest("texture", bands, rays, seed, shadowed, *own)
+    key = stages.digest("texture", bands, rays, seed, shadowed, *own, *by)
     inside = [bounces, light_digest(light), scene.look, repr(scene.material)] if bounces and light is not None else []
     path = cached_path(scene, 0, stages.digest(key, *inside))
     if not fresh and regular_file(path):
@@ -84,7 +89,7 @@ def bake_textures(
     if shadowed:
         folder = work / f"transfer-{stages.digest(scene.hash, key, rays)}"
         drawn = {"points": points, "normals": normals}
-        transfer = stages.samples(scene, drawn, Part(0, len(points), rays, False), folder, bands, seed)[2]
+        transfer = stages.samples(scene, drawn, Part(0, len(points), rays, False, sampling), folder, bands, seed)[2]
     else:
         transfer = unshadowed(normals, bands)
 
@@ -107,7 +112,7 @@ def bake_textures(
         for bounce in range(bounces):
             sent = layered((albedo / np.pi * np.maximum(irradiance, 0)).astype(np.float32))
             few = min(rays, budget.bounce_rays)
-            more = gathered(scene, points, normals, sent, atlas.uvs, of_face, bands, few, seed + bounce + 1)
+            more = gathered(scene, points, normals, sent, atlas.uvs, of_face, bands, few, seed + bounce + 1, sampling)
             found += more
             irradiance = more[..., 0] * np.sqrt(4 * np.pi, dtype=np.float32)  # G_0 / y_0
         scale = max(float(np.abs(found).max()), 1e-20)  # half floats hold neither a sun nor a night

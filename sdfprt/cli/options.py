@@ -97,6 +97,14 @@ class Transfer(StrEnum):
     unshadowed = "unshadowed"
 
 
+class Sampling(StrEnum):
+    """How directions are chosen; see maths/sequences.py."""
+
+    sequence = "sequence"
+    stratified = "stratified"
+    random = "random"
+
+
 class Gloss(StrEnum):
     """How light meets the lobe."""
 
@@ -150,6 +158,9 @@ Resolution = Annotated[
     int | None, typer.Option("--resolution", help=f"Texels along a texture's side; default: {settings.Texture.resolution}.")
 ]
 TextureSets = Annotated[Sets | None, typer.Option("--sets", help="Textures: one, one an object; auto: one where that serves.")]
+SamplingName = Annotated[
+    Sampling, typer.Option("--sampling", help="How directions are chosen; stratified: as the tutorial has it.")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 Suns = Annotated[

@@ -43,6 +43,7 @@ class Trace:
 class Transfer:
     bands: int = 4  # n*n coefficients
     rays: int = 128  # a point; more do not help the fit, which averages them
+    sampling: str = "sequence"  # how their directions are chosen; or stratified, random
 
 
 @dataclass(frozen=True)
@@ -92,6 +93,11 @@ class Render:
 class Picture:
     texels: int = 1 << 27  # of a picture that is read, at most: 16384 x 8192
     unpacked: int = 2 << 30  # bytes of all channels and layers of a picture that is read, at most
+
+
+@dataclass(frozen=True)
+class Probe:
+    side: int = 512  # rows of a light's picture that is written
 
 
 @dataclass(frozen=True)

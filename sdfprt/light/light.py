@@ -12,12 +12,13 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from sdfprt.core import settings
 from sdfprt.core.arguments import checked
 from sdfprt.core.errors import SdfprtError
 from sdfprt.imaging import image
 from sdfprt.light import prefiltered, probes, sky, suns
 from sdfprt.maths import sh, sphere
-from sdfprt.maths.sh import MAX_BANDS
+from sdfprt.maths.sh import MAX_BANDS, MAX_SAMPLES
 
 _CHUNK = 1 << 20  # texels at once
 _FINE = 64  # rows from which a map's texels are fine enough for its coefficients
@@ -29,6 +30,7 @@ _LIBRARY: dict[str, tuple[str, Callable[[], ndarray]]] = {
     "sky_sunset": ("clear sky, sun 3 degrees high", lambda: sky.clear_sky(3)),
     "studio": ("a dim room with four area lights", sky.studio),
     "overcast": ("the CIE overcast sky", sky.overcast),
+    "two_lobes": ("two lobes of a formula, at right angles, of radiance 1 at most", sky.two_lobes),
 }
 
 
@@ -101,9 +103,14 @@ class Light:
         matrix = turn if rotation is None else np.asarray(rotation, float)
         return replace(self, rotation=matrix @ self.rotation)
 
-    @checked(bands=(1, 2 * MAX_BANDS))
-    def sh(self, bands: int) -> Float[ndarray, "k 3"]:
-        """Coefficients, k = bands**2; the map is projected once, then coefficients are rotated."""
+    @checked(bands=(1, 2 * MAX_BANDS), samples=(1, MAX_SAMPLES), seed=(0, None))
+    def sh(self, bands: int, samples: int | None = None, sampling: str = "stratified", seed: int = 0) -> Float[ndarray, "k 3"]:
+        """Coefficients, k = bands**2; the map is projected once, texel by texel, then coefficients are rotated.
+
+        With `samples` by Monte Carlo with so many directions, as maths.sh.project_samples has it.
+        """
+        if samples is not None:
+            return sh.project_samples(self.radiance, bands, samples, sampling, seed)
         if bands not in self._projected:
             self._projected[bands] = _project(self.pixels, bands)
         if np.array_equal(self.rotation, np.eye(3)):
@@ -137,6 +144,15 @@ class Light:
     def radiance(self, directions: Float[ndarray, "*n 3"]) -> Float[ndarray, "*n 3"]:
         """From world directions, bilinear."""
         return sphere.latlong_lookup(self.pixels, np.asarray(directions) @ self.rotation)
+
+    @checked(side=(2, 8192))
+    def picture(self, layout: str = "latlong", side: int = settings.Probe.side) -> Float[ndarray, "h w 3"]:
+        """As a picture in world directions that `load` reads with that layout: latlong (side x 2 side texels), angular or ball
+        (side x side, black about the disc), cross (of faces of side x side).
+
+        Raises SdfprtError for another layout.
+        """
+        return probes.from_radiance(self.radiance, layout, side)
 
     @checked(bands=(1, 2 * MAX_BANDS), height=(1, 8192))
     def band_limited(self, bands: int, height: int = 256) -> Light:

@@ -1,8 +1,9 @@
 """Whatever a light's picture shows, as a lat-long map: crosses and strips of a cube's faces, mirrored balls, angular maps.
 
-A layout is taken by the picture's shape, or by name. Ball and angular map look along +z in their centre and have +x on the left,
-as the lat-long map has (Debevec 1998; a direction that lies at angle a from +z is seen at radius a / pi in an angular map, at
-sin(a / 2) in a ball).
+A layout is taken by the picture's shape, or by name. A square whose corners outside the disc have one colour, other than the
+disc's, is an angular map, and so is any .hdr square of 8 texels and more; a square is a ball by name only. Ball and angular map
+look along +z in their centre and have +x on the left, as the lat-long map has (Debevec 1998; a direction that lies at angle a from
++z is seen at radius a / pi in an angular map, at sin(a / 2) in a ball).
 """
 
 from collections.abc import Callable, Iterator
@@ -16,6 +17,7 @@ from sdfprt.core.errors import SdfprtError
 from sdfprt.maths import sphere
 
 LAYOUTS = ("auto", "latlong", "cross", "strip", "ball", "angular")
+WRITTEN = ("latlong", "angular", "ball", "cross")
 _CHUNK = 1 << 20  # directions at once
 _EMPTY = 1 / 64  # difference from one colour, of the brightest face, that compression leaves in empty corners
 _SMALLEST_PROBE = 8  # texels a side; a smaller square is a map of nearly one colour
@@ -80,7 +82,8 @@ def _by_shape(rgb: Pixels, alpha: ndarray | None, envmap: str, path: Path, notes
             notes.append(
                 f"{path.name}: its corners hold light, so it is a lat-long map and no cross; layout cross decides otherwise"
             )
-    if width == height >= _SMALLEST_PROBE and path.suffix.lower() in (".hdr", ".pic"):
+    probe = path.suffix.lower() in (".hdr", ".pic") or _has_empty_rim(rgb, alpha)
+    if width == height >= _SMALLEST_PROBE and probe:
         notes.append(f"{path.name}: a square is taken for an angular map; layout latlong or ball decides otherwise")
         return "angular"
     return "latlong"
@@ -95,6 +98,24 @@ def _has_empty_corners(rgb: Pixels, alpha: ndarray | None, places: dict[str, tup
     empty = np.stack([rgb[r * side : (r + 1) * side, c * side : (c + 1) * side] for r, c in tiles])
     colour = np.median(empty[0].reshape(-1, 3), axis=0)
     farthest = max(float(np.abs(face - colour).max()) for face in _cut(rgb, places).values())
+    return farthest > 0 and float(np.abs(empty - colour).max()) <= _EMPTY * farthest
+
+
+def _has_empty_rim(rgb: Pixels, alpha: ndarray | None) -> bool:
+    """Has what lies outside the disc of a square one colour, other than the disc's, or no alpha?"""
+    height, width = rgb.shape[:2]
+    if height != width or height < _SMALLEST_PROBE:
+        return False
+    place = 2 * (np.arange(width) + 0.5) / width - 1
+    away = np.hypot(place[:, None], place[None])
+    outside = away > 1 + 2 / width  # a texel more than the disc: its edge may be smooth
+    if not outside.any():
+        return False
+    if alpha is not None and not alpha[outside].any():
+        return True
+    empty, disc = rgb[outside], rgb[away < 1]
+    colour = np.median(empty, axis=0)
+    farthest = float(np.abs(disc - colour).max())
     return farthest > 0 and float(np.abs(empty - colour).max()) <= _EMPTY * farthest
 
 
@@ -146,6 +167,35 @@ def _from_disc(rgb: Pixels, radius: Callable[[ndarray], ndarray]) -> Pixels:
         y = (1 - d[..., 1] * r) / 2 * side - 0.5
         out[rows] = _bilinear(rgb, x, y)
     return out
+
+
+def from_radiance(radiance: Callable[[ndarray], ndarray], layout: str, side: int) -> Pixels:
+    """The picture of a light, whose `radiance` from directions (N, 3) is (N, 3), in one of WRITTEN; the inverse of `to_latlong`.
+
+    `side`: rows of latlong, rows and columns of a disc, of a cross's faces. Raises SdfprtError for another layout.
+    """
+    if layout not in WRITTEN:
+        raise SdfprtError(f"layout {layout!r} of a light cannot be written; there are {', '.join(WRITTEN)}")
+    if layout == "latlong":
+        return np.asarray(radiance(sphere.latlong_directions(side, 2 * side)), np.float32)
+    place = 2 * (np.arange(side) + 0.5) / side - 1
+    if layout == "cross":
+        cross = np.zeros((3 * side, 4 * side, 3), np.float32)
+        for name, (row, column) in _LEVEL_CROSS.items():
+            face, right, down = (np.asarray(axis, float) for axis in _FACES[name])
+            d = face + place[None, :, None] * right + place[:, None, None] * down
+            tile = slice(row * side, (row + 1) * side), slice(column * side, (column + 1) * side)
+            cross[tile] = radiance(d / np.linalg.norm(d, axis=-1, keepdims=True))
+        return cross
+    left, up = -place[None, :], -place[:, None]
+    r = np.hypot(left, up)
+    angle = np.pi * r if layout == "angular" else 2 * np.arcsin(np.minimum(r, 1))
+    scale = np.sin(angle) / np.maximum(r, 1e-12)
+    inside = r <= 1
+    d = np.stack([scale * left, scale * up, np.cos(angle)], -1)[inside]
+    disc = np.zeros((side, side, 3), np.float32)
+    disc[inside] = radiance(d)
+    return disc
 
 
 def _bilinear(pixels: Pixels, x: ndarray, y: ndarray) -> ndarray:

@@ -1,6 +1,7 @@
-"""Lights made in code: a clear sky with sun by single scattering, a studio of area lights, an overcast sky.
+"""Lights made in code: a clear sky with sun by single scattering, a studio of area lights, an overcast sky, two lobes.
 
-Each gives lat-long radiance, (H, W, 3), scaled so that a level white plane under the open sky sends out about 1.
+Each gives lat-long radiance, (H, W, 3), scaled so that a level white plane under the open sky sends out about 1; the lobes are as
+their formula has them.
 """
 
 import numpy as np
@@ -113,6 +114,18 @@ def studio(height: int = 128) -> Float[ndarray, "h w 3"]:
         inside = np.clip((half[0] - x) / soft + 0.5, 0, 1) * np.clip((half[1] - y) / soft + 0.5, 0, 1)
         pixels += (inside * (depth > 0))[..., None] * np.asarray(colour)
     return _levelled(pixels)
+
+
+def two_lobes(height: int = 256) -> Float[ndarray, "h w 3"]:
+    """max(0, 5 cos(theta) - 4) + max(0, -4 sin(theta - pi) cos(phi - 2.5) - 3), grey (Gentle Introduction to PRT, 6.2.4).
+
+    Polar axis z, as spherical harmonics have it. Both are a max(0, a w.d - b): about +z, and at right angles to it about the
+    direction with phi = 2.5.
+    """
+    d = sphere.latlong_directions(height, 2 * height)
+    side = np.array([np.cos(2.5), np.sin(2.5), 0.0])
+    value = np.maximum(0, 5 * d[..., 2:] - 4) + np.maximum(0, 4 * (d @ side)[..., None] - 3)
+    return np.repeat(value, 3, axis=-1).astype(np.float32)
 
 
 def _levelled(pixels: ndarray) -> ndarray:

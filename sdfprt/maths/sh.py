@@ -5,6 +5,7 @@ y_1 = 0.488603 (-y, z, -x): for m > 0 sqrt(2) Re, for m < 0 sqrt(2) Im of the co
 
 import functools
 import sys
+from collections.abc import Callable
 from math import factorial, pi, sqrt
 from typing import Any
 
@@ -17,6 +18,7 @@ from sdfprt.core.errors import SdfprtError
 from sdfprt.maths import sequences, sphere
 
 MAX_BANDS = 10
+MAX_SAMPLES = 1 << 24  # of a projection by Monte Carlo
 
 
 def module_of(values: Any) -> Any:
@@ -79,6 +81,28 @@ def project(latlong: Float[ndarray, "h w c"], bands: int) -> Float[ndarray, "k c
 
     # The pole's frame has its x, y, z along z, x, y
     return rotation(np.eye(3)[[1, 2, 0]], bands) @ about_pole
+
+
+@checked(bands=(1, 2 * MAX_BANDS), samples=(1, MAX_SAMPLES), seed=(0, None))
+def project_samples(
+    function: Callable[[ndarray], ndarray], bands: int, samples: int, sampling: str = "stratified", seed: int = 0
+) -> Float[ndarray, "k c"]:
+    """Coefficients by Monte Carlo: 4 pi / n times the sum of f(w) y_i(w) over n directions (Gentle Introduction to PRT, Eq. 20).
+
+    `function` takes unit directions (N, 3) and gives values (N, C). `sampling`, of maths.sequences.SAMPLINGS, chooses directions of
+    equal density; a shift by the seed makes each sampling unbiased. The error falls as n to the -1/2 where they are random, sooner
+    where they are not. Raises SdfprtError for another sampling, and for another shape.
+    """
+    shift = np.random.default_rng((seed, samples)).random(2)
+    directions = sphere.uniform_sphere((sequences.points(samples, sampling, seed) + shift) % 1.0)
+    total: Any = 0.0
+    for first in range(0, samples, 1 << 16):
+        some = directions[first : first + (1 << 16)]
+        values = np.asarray(function(some))
+        if values.ndim != 2 or len(values) != len(some):
+            raise SdfprtError(f"project_samples: function gave {values.shape} for {len(some)} directions; give (N, C)")
+        total = total + basis(some, bands).T @ values
+    return total * (4 * pi / samples)
 
 
 @functools.cache

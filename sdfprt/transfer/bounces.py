@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
 
-from sdfprt.core import kernels
+from sdfprt.core import kernels, settings
 from sdfprt.core.progress import track
 from sdfprt.mesh import rays as mesh_rays
 from sdfprt.mesh.scene import MeshScene
@@ -23,6 +23,7 @@ def bounced(
     bounces: int,
     rays: int,
     seed: int = 0,
+    sampling: str = settings.Transfer.sampling,
 ) -> Float[ndarray, "r 3 k"]:
     """Transfer of 0 to `bounces` diffuse bounces, a channel each, at rows as `sdfprt.tables.vertex.rows` has them.
 
@@ -46,7 +47,8 @@ def bounced(
     )  # fmt: skip
     along = projection.neighbours(points, scene.bounds)
     handles, faces = kernels.array(mesh_rays.tree(scene).handles(lanes), int), kernels.array(scene.faces, int)
-    sequence, others, albedos = kernels.array(projection.sequence(rays)), kernels.array(back, int), kernels.array(albedo)
+    sequence = kernels.array(projection.sequence(rays, sampling, seed))
+    others, albedos = kernels.array(back, int), kernels.array(albedo)
     with track("bounces", bounces * count) as advance:
         for bounce in range(bounces):
             table, gathered = kernels.array(last), np.empty_like(last)

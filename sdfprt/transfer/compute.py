@@ -50,14 +50,16 @@ def compute_transfer(
     shadowed: bool = True,
     start: int = 0,
     lattice: Lattice | None = None,
+    sampling: str = settings.Transfer.sampling,
 ) -> Float[ndarray, "n k"]:
     """Cosine-weighted visibility in SH at surface points, k = bands**2.
 
     Points lie on the surface to within settings.Surface.tolerance; normals have unit length. `shadowed=False` leaves
     visibility out (Gentle Introduction to PRT, 6.2.6.1). `lattice`, from `lattice.worthwhile`, stands in for most evaluations of
     the field: up to four times the rate where that is dear, and T changes by about 1e-3 (RMSE). Same seed, same array; `start` is
-    the number of the first point, so that parts of a whole join without a seam. Raises SdfprtError for shapes that differ and
-    for values that are not finite.
+    the number of the first point, so that parts of a whole join without a seam. `sampling`, of maths.sequences.SAMPLINGS, chooses
+    the directions: our sequence, stratified as in the tutorial (5.2), or random. Raises SdfprtError for shapes that differ and for
+    values that are not finite.
     """
     points, normals = np.asarray(points, np.float32), np.asarray(normals, np.float32)
     if points.shape != normals.shape or points.ndim != 2 or points.shape[1] != 3:
@@ -65,13 +67,13 @@ def compute_transfer(
     if not (np.isfinite(points).all() and np.isfinite(normals).all()):
         raise SdfprtError(f"{scene.file}: points or normals are not finite")
     if isinstance(scene, MeshScene):
-        return mesh_transfer(scene, points, normals, bands, rays, seed, shadowed, start)
+        return mesh_transfer(scene, points, normals, bands, rays, seed, shadowed, start, sampling)
     traced = kernel(scene)
     result = np.empty((len(points), bands * bands), np.float32)
     recurrence = kernels.array(projection.recurrence(bands))
     size = scene.diagonal
     limits = [settings.Trace.lift * size, settings.Trace.epsilon * size, scene.step]
-    sequence = kernels.array(projection.sequence(rays))
+    sequence = kernels.array(projection.sequence(rays, sampling, seed))
     by = lattice or NO_LATTICE
     box = kernels.array(lattice.box if lattice else scene.bounds)
     stand_in = [kernels.array(by.records, int), kernels.array(by.clear, int), kernels.array(by.frame)]

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
 
-from sdfprt.core import kernels
+from sdfprt.core import kernels, settings
 from sdfprt.core.progress import track
 from sdfprt.mesh import rays as mesh_rays
 from sdfprt.mesh.scene import MeshScene
@@ -23,6 +23,7 @@ def gathered(
     bands: int,
     rays: int,
     seed: int = 0,
+    sampling: str = settings.Transfer.sampling,
 ) -> Float[ndarray, "n 3 k"]:
     """Cosine-weighted SH of what reaches points from the surfaces about them, a channel each.
 
@@ -40,7 +41,7 @@ def gathered(
         },
         lanes=projection.LANES,
     )  # fmt: skip
-    fixed = [kernels.array(projection.recurrence(bands)), kernels.array(projection.sequence(rays))]
+    fixed = [kernels.array(projection.recurrence(bands)), kernels.array(projection.sequence(rays, sampling, seed))]
     handles, along = kernels.array(mesh_rays.tree(scene).handles(lanes), int), projection.neighbours(points, scene.bounds)
     texels = [kernels.array(sent), kernels.array(uvs), kernels.array(layers, int)]
     scalars = [sent.shape[1], bands, rays, seed, mesh_rays.lift(scene)]

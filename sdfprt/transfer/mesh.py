@@ -38,12 +38,13 @@ def mesh_transfer(
     seed: int,
     shadowed: bool,
     start: int,
+    sampling: str,
 ) -> Float[ndarray, "n k"]:
     """As `compute_transfer`, of arguments that have been checked."""
     result = np.empty((len(points), bands * bands), np.float32)
     traced, tree = kernel(), mesh_rays.tree(scene)
     lanes = projection.LANES if kernels.lanes() > 1 else 1
-    fixed = [kernels.array(projection.recurrence(bands)), kernels.array(projection.sequence(rays))]
+    fixed = [kernels.array(projection.recurrence(bands)), kernels.array(projection.sequence(rays, sampling, seed))]
     handles, along = kernels.array(tree.handles(lanes), int), projection.neighbours(points, scene.bounds)
     with track("transfer", len(points)) as advance:
         for first in range(0, len(points), _CHUNK):

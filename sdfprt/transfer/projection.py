@@ -8,7 +8,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from sdfprt.maths.sequences import R2
+from sdfprt.core import settings
+from sdfprt.maths import sequences
 
 LANES = 8  # of a packet: kernels/core/simd.h packs them by a table
 SHIFTS = 16  # orders of a point's rays, as in kernels/transfer/projection.h
@@ -35,19 +36,19 @@ def recurrence(bands: int) -> ndarray:
     return table
 
 
-@functools.cache
-def sequence(rays: int) -> ndarray:
-    """For each of SHIFTS shifts of u, the R2 sequence of (u, v) in an order such that each packet of lanes covers a patch of
-    directions: u, then cos(2 pi v), then sin(2 pi v) of all rays.
+@functools.lru_cache(maxsize=32)
+def sequence(rays: int, sampling: str = settings.Transfer.sampling, seed: int = 0) -> ndarray:
+    """For each of SHIFTS shifts of u, points (u, v) in an order such that each packet of lanes covers a patch of directions: u,
+    then cos(2 pi v), then sin(2 pi v) of all rays.
 
-    Padded to whole packets by u of -1, which the kernel leaves out.
+    They are those of the R2 sequence, or, `stratified` or `random`, others for each shift and each seed. Padded to whole packets by
+    u of -1, which the kernel leaves out.
     """
-    number = np.arange(rays) + 0.5
-    u, turn = number * R2[0] % 1, 2 * np.pi * (number * R2[1] % 1)
-    rows = np.stack([u, np.cos(turn), np.sin(turn)])
     padding = np.full((3, -rays % LANES), -1.0)
     shifted = []
     for shift in range(SHIFTS):
+        u, v = sequences.points(rays, sampling, (seed, shift)).T
+        rows = np.stack([u, np.cos(2 * np.pi * v), np.sin(2 * np.pi * v)])
         radius = np.sqrt((u + (shift + 0.5) / SHIFTS) % 1)
         order = _halved(radius[:, None] * rows[1:].T, np.arange(rays))
         shifted.append(np.concatenate([rows[:, order], padding], axis=1))

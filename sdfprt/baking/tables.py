@@ -12,6 +12,7 @@ from sdfprt.baking.stages import Part
 from sdfprt.core import settings
 from sdfprt.core.cache import WORK, cache_folder, regular_file
 from sdfprt.core.errors import SdfprtError
+from sdfprt.core.limits import check_memory
 from sdfprt.material.lobes import Diffuse
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.sdf.kinds import AnyScene
@@ -34,7 +35,7 @@ def bake_vertices(
 
     `bounces` diffuse interreflections have the file's colours inside, or the scene's material's. `rays` a vertex default to
     settings.Vertex, fewer for many vertices; `sampling` chooses their directions. Raises SdfprtError for an SDF, for bounces
-    without shadows, and for a sampling where there are no rays.
+    without shadows, for a sampling where there are no rays, and for more than the memory holds.
     """
     if not isinstance(scene, MeshScene):
         raise SdfprtError(f"{scene.file}: vertex storage needs a mesh; an SDF has no vertices: use network storage")
@@ -43,6 +44,7 @@ def bake_vertices(
     count = row_count(scene)
     budget = settings.Vertex
     rays = rays or int(np.clip(budget.budget // count, budget.least, budget.rays))
+    check_memory(f"a bake of {count:,} vertices with {bands} bands", count * _row_bytes(bands, bounces))
     albedo = _albedo(scene) if bounces else np.empty((0, 3), np.float32)
     by = stages.marked(sampling)
     if by and not shadowed:
@@ -71,6 +73,11 @@ def bake_vertices(
     path.parent.mkdir(parents=True, exist_ok=True)
     table.save(path)
     return table
+
+
+def _row_bytes(bands: int, bounces: int) -> float:
+    """Bytes that a vertex takes: its transfer and what is written of it; with bounces three channels of four stages besides."""
+    return 4.0 * bands**2 * (2 + (12 if bounces else 0)) + 64
 
 
 def _albedo(scene: MeshScene) -> Float[ndarray, "f 3"]:

@@ -67,7 +67,9 @@ def bake_textures(
         except SdfprtError:
             pass  # damaged: made again
 
-    # The atlas and its texels
+    # The atlas and its texels; whether the memory holds one texture is known before it is made
+    texel = 6.0 * bands**2 * (4 if bounces else 1) + 64  # bytes of the layers, and of what they are made of
+    check_memory(f"a bake of textures of {resolution} x {resolution} texels", resolution**2 * texel)
     work = cache_folder() / WORK
     atlas = _atlas(scene, resolution, sets, work / f"surface-{stages.digest(scene.hash, *own)}.npz")
     layers = _layers(scene, atlas)
@@ -77,8 +79,7 @@ def bake_textures(
             f"{scene.file}: {atlas.sheets} sets of textures need {needed} layers with {bands} bands, and an array has "
             f"{settings.Texture.layers}; use --sets one"
         )
-    held = 6.0 * count * bands**2 * (4 if bounces else 1)  # bytes a texel: the layers, and what they are made of
-    check_memory(f"a bake of {count} textures of {resolution} x {resolution} texels", resolution**2 * (held + 64))
+    check_memory(f"a bake of {count} textures of {resolution} x {resolution} texels", count * resolution**2 * texel)
     sheets = [raster(scene, atlas, each, resolution) for each in range(atlas.sheets)]
 
     # Transfer of the texels of all layers, one after the other

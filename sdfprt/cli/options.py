@@ -179,7 +179,7 @@ class Reading:
     """How a scene is read, whatever is done with it."""
 
     bounds: Annotated[
-        str | None, typer.Option("--bounds", metavar="X,Y,Z,X,Y,Z", help="Two corners of the box that the scene lies in.")
+        str | None, typer.Option("--bounds", metavar="X,Y,Z,X,Y,Z", help="Lowest and highest corner of the scene's box.")
     ] = None
     up: Annotated[Axis | None, typer.Option("--up", help="The axis that points up in the scene's file.")] = None
     define: Annotated[

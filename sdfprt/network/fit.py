@@ -77,8 +77,9 @@ def fit_transfer(
     `validation` holds (points, normals, transfer) that are not trained on; without it every 20th sample is put aside.
     The error there is `info["validation_rmse"]` and `info["validation_psnr"]`; training ends early where the latter
     reaches `target_psnr`. `center` and `extent` map the scene into [-1, 1]^3; default: the box of the points.
-    `checkpoint` names a file that is written every few seconds; where it exists, training goes on from it to the result
-    that an undisturbed run would have had. Raises SdfprtError for samples that do not fit together or are not finite.
+    A `batch` beyond the samples is all of them, as `info["batch"]` then says. `checkpoint` names a file that is written every few
+    seconds; where it exists, training goes on from it to the result that an undisturbed run would have had. Raises SdfprtError for
+    samples that do not fit together or are not finite.
     """
     bands = _check(points, normals, transfer)
     check_memory(
@@ -122,7 +123,8 @@ def fit_transfer(
             bands,
         )
 
-    slopes = 2 * to_scale.square() / min(batch, len(x))
+    batch = min(batch, len(x))
+    slopes = 2 * to_scale.square() / batch
     with (
         descend(sizes, state["weights"], state["biases"], features, target, slopes) as descent,
         progress.track(f"fit k={width}", steps) as advance,

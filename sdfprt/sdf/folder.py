@@ -120,11 +120,17 @@ def _given(table: BaseModel) -> Iterator[tuple[str, Any]]:
 
 
 def in_the_world(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Bounds and the parts of a camera, which are given in the file's axes, in the world's."""
+    """Bounds and the parts of a camera, which are given in the file's axes, in the world's.
+
+    Raises SdfprtError for a box whose corners are not the lowest and the highest, in this order.
+    """
     found, up = dict(given), given.get("up", "y")
     for key in ("bounds", "cut"):
         if key in found:
-            found[key] = axes.box_to_world(found[key], up)
+            low, high = found[key]
+            if not all(a < b for a, b in zip(low, high, strict=True)):
+                raise SdfprtError(f"{key} {found[key]} are no box; give ((x0,y0,z0),(x1,y1,z1)) with x0 < x1, y0 < y1, z0 < z1")
+            found[key] = axes.box_to_world((low, high), up)
     if "camera" in found:
         found["camera"] = {k: axes.to_world(v, up) if k != "fov" else v for k, v in found["camera"].items()}
     return found

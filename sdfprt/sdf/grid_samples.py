@@ -10,6 +10,7 @@ import numpy as np
 from numpy import ndarray
 
 from sdfprt.core.errors import SdfprtError
+from sdfprt.core.limits import check_memory
 from sdfprt.glsl.text import number, vector
 from sdfprt.maths.box import Box
 from sdfprt.sdf import measure
@@ -17,6 +18,7 @@ from sdfprt.sdf.measure import Distance
 
 _NAME = "distanceGrid"
 _MAX = 512  # samples a side
+_SAMPLE = 12.0  # bytes that one takes at most while the grid is made
 
 _GLSL = """// Distance grid of {nx} x {ny} x {nz} samples, by sdfprt grid-fit
 uniform sampler3D distanceGrid;
@@ -71,7 +73,7 @@ float sdf(vec3 p) {{
 def sample(distance: Distance, bounds: Box, resolution: int, name: str) -> tuple[str, dict[str, ndarray]]:
     """(GLSL, textures) of samples of `distance` over the bounds, `resolution` of them along the longest side.
 
-    Raises SdfprtError for a resolution outside 8 to 512, and for samples that are not finite.
+    Raises SdfprtError for a resolution outside 8 to 512, for more than the memory holds, and for samples that are not finite.
     """
     if not 8 <= resolution <= _MAX:
         raise SdfprtError(f"{name}: resolution {resolution}; give 8 to {_MAX} samples along the longest side")
@@ -80,6 +82,8 @@ def sample(distance: Distance, bounds: Box, resolution: int, name: str) -> tuple
     low, size = np.asarray(bounds[0], float), np.subtract(bounds[1], bounds[0]).astype(float)
     cell = float(size.max()) / (resolution - 1)
     counts = np.maximum(np.ceil(size / cell - 1e-6).astype(int) + 1, 4)
+    said = " x ".join(map(str, counts))
+    check_memory(f"{name}: a grid of {said} samples", _SAMPLE * float(np.prod(counts.astype(float))))
     first = low - ((counts - 1) * cell - size) / 2
     values = measure.samples(distance, first, cell, counts)
     bad = int((~np.isfinite(values)).sum())

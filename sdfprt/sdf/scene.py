@@ -124,7 +124,10 @@ class Scene:
             if folders.has(path, folders.PYTHON):
                 return cls._of_python(path / folders.PYTHON, path.resolve().name, settings)
             raise SdfprtError(f"{path}: a scene folder needs the file {folders.FILE} or {folders.PYTHON}")
-        settings = folders.in_the_world(given)
+        try:
+            settings = folders.in_the_world(given)
+        except SdfprtError as error:
+            raise SdfprtError(f"{path}: {error}") from None
         if path.is_file() and path.suffix == ".py":
             name = path.stem if path.stem != "scene" else path.resolve().parent.name
             return cls._of_python(path, name, settings)

@@ -16,7 +16,8 @@ from numpy import ndarray
 
 from sdfprt.core import progress
 from sdfprt.core.errors import SdfprtError
-from sdfprt.core.settings import NeuralFit
+from sdfprt.core.limits import check_memory
+from sdfprt.core.settings import Compile, NeuralFit
 from sdfprt.mesh.distance import Mesh
 from sdfprt.sdf.neural.write import Writer
 from sdfprt.sdf.scene import Scene
@@ -27,6 +28,8 @@ _FLOOR = 0.02  # of the importance
 _POOL = 4  # samples of the bounds for each that is kept
 _WARM_UP = 0.1  # of the steps
 _DIGITS = 6  # of a weight in the file
+_LETTERS = 11  # that a weight takes in the file
+_SAMPLE = 150.0  # bytes that one takes while samples are drawn
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,12 +89,22 @@ def fit_net(
     count: int = NeuralFit.samples,
     seed: int = 0,
 ) -> SineNet:
-    """Fit a network of `layers` layers of `width` sines. Same seed, same network. Raises SdfprtError for sizes below 1."""
+    """Fit a network of `layers` layers of `width` sines. Same seed, same network.
+
+    Raises SdfprtError for sizes below 1, and for more samples than the memory or weights than GLSL text holds.
+    """
     if min(width, layers, steps) < 1 or count < NeuralFit.batch:
         raise SdfprtError(
             f"neural-fit: width {width}, layers {layers}, steps {steps}, samples {count}; "
             f"give at least 1, 1, 1 and {NeuralFit.batch}"
         )
+    parameters = (3 + 1) * width + (layers - 1) * (width + 1) * width + width + 1
+    if parameters * _LETTERS > Compile.text:
+        raise SdfprtError(
+            f"neural-fit: {layers} layers of {width} neurons have {parameters:,} weights, and the text of a scene holds "
+            f"{Compile.text // _LETTERS:,}; give fewer, or use grid-fit"
+        )
+    check_memory(f"neural-fit: {count:,} samples", _SAMPLE * count)
     points, distances = samples(mesh, count, seed)
     center, extent = np.mean(mesh.bounds, axis=0), float(np.ptp(mesh.bounds, axis=0).max()) / 2
     x = torch.from_numpy(((points - center) / extent).astype(np.float32))

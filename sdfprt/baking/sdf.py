@@ -11,6 +11,7 @@ from sdfprt.baking.search import Fitted
 from sdfprt.baking.stages import Part, Samples, Size
 from sdfprt.baking.tables import bake_vertices
 from sdfprt.baking.textures import TEXELS, bake_textures
+from sdfprt.baking.volumes import POINTS, bake_volume
 from sdfprt.core import settings
 from sdfprt.core.arguments import checked
 from sdfprt.core.cache import WORK, cache_folder, trim_work
@@ -36,7 +37,7 @@ KEEP = 24  # working files that stay when a bake ends
     seed=(0, None),
     target_psnr=(0, 200),
     bounces=(0, 64),
-    resolution=TEXELS,
+    resolution=(POINTS[0], TEXELS[1]),
 )
 def bake(
     scene: AnyScene,
@@ -54,7 +55,7 @@ def bake(
     storage: str = "network",
     bounces: int = 0,
     shadowed: bool = True,
-    resolution: int = settings.Texture.resolution,
+    resolution: int | None = None,
     sets: str = settings.Texture.sets,
     light: Light | None = None,
     sampling: str = settings.Transfer.sampling,
@@ -71,20 +72,26 @@ def bake(
 
     `storage` "vertex" gives a VertexTable of a mesh, with `bounces` diffuse interreflections, or not `shadowed`; "texture" a
     TextureTable of `resolution` texels squared, one or one an object (`sets`: auto, one, object), or not `shadowed`; its
-    `bounces` are those of one `light`.
+    `bounces` are those of one `light`. "volume" gives a VolumeTable of either kind of scene, `resolution` grid points along its
+    longest side. `resolution` defaults to settings.Texture's and settings.Volume's.
     Raises SdfprtError where the scene has no surface or its distance is NaN.
     """
     if storage == "vertex":
         return bake_vertices(scene, bands or settings.Transfer.bands, rays, seed, bounces, shadowed, fresh, sampling)
     if storage == "texture":
-        own = bands or settings.Texture.bands, rays, seed, resolution, sets, shadowed, fresh, bounces, light, sampling
+        side = resolution or settings.Texture.resolution
+        own = bands or settings.Texture.bands, rays, seed, side, sets, shadowed, fresh, bounces, light, sampling
         made = bake_textures(scene, *own)
         trim_work(KEEP)
         return made
-    if storage != "network":
-        raise SdfprtError(f"storage {storage}: there is no such one; there are network, vertex and texture")
+    if storage not in ("network", "volume"):
+        raise SdfprtError(f"storage {storage}: there is no such one; there are network, vertex, texture and volume")
     if bounces or not shadowed:
-        raise SdfprtError("a network holds shadowed transfer without bounces; for others use storage vertex")
+        raise SdfprtError(f"a {storage} holds shadowed transfer without bounces; for others use storage vertex")
+    if storage == "volume":
+        table = bake_volume(scene, bands or settings.Transfer.bands, rays, seed, resolution, fresh)
+        trim_work(KEEP)
+        return table
     bands = bands or settings.Transfer.bands
     rays = settings.Transfer.rays if rays is None else rays
     resolution = settings.Surface.resolution

@@ -50,6 +50,8 @@ def bake_textures(
     """
     if not isinstance(scene, MeshScene):
         raise SdfprtError(f"{scene.file}: texture storage needs a mesh; an SDF has no texture coordinates: use network storage")
+    if not TEXELS[0] <= resolution <= TEXELS[1]:
+        raise SdfprtError(f"resolution {resolution}: textures have {TEXELS[0]} to {TEXELS[1]} texels along a side")
     if bounces < 0 or (bounces and (light is None or not shadowed)):
         raise SdfprtError(f"bounces {bounces}: textures hold them for one light: give it, and shadowed transfer")
     by = stages.marked(sampling)

@@ -129,11 +129,12 @@ def bake(
     if "validation_rmse" in info:
         print(f"{scene}: validation RMSE {info['validation_rmse']:.4f}, {seconds:.1f} s")
     else:
-        count = (
-            f"{info['texels']} texels in {info['sets']} of {info['resolution']} squared"
-            if "texels" in info
-            else f"{info['rows']} rows"
-        )
+        if "texels" in info:
+            count = f"{info['texels']} texels in {info['sets']} of {info['resolution']} squared"
+        elif "grid" in info:
+            count = f"a grid of {' x '.join(map(str, info['grid']))}, {info['inside']} of it inside"
+        else:
+            count = f"{info['rows']} rows"
         print(f"{scene}: {count}, {info['rays']} rays each, {seconds:.1f} s")
     if output is not None:
         print(output)

@@ -80,6 +80,7 @@ class Storage(StrEnum):
     network = "network"
     vertex = "vertex"
     texture = "texture"
+    volume = "volume"
 
 
 class Sets(StrEnum):
@@ -155,7 +156,12 @@ HeldBy = Annotated[Storage | None, typer.Option("--storage", help="What holds tr
 Bounces = Annotated[int, typer.Option("--bounces", min=0, help="Diffuse interreflections, in vertex and texture storage.")]
 Visibility = Annotated[Transfer, typer.Option("--transfer", help="unshadowed: in vertex and texture storage.")]
 Resolution = Annotated[
-    int | None, typer.Option("--resolution", help=f"Texels along a texture's side; default: {settings.Texture.resolution}.")
+    int | None,
+    typer.Option(
+        "--resolution",
+        help=f"Texels along a texture's side, default {settings.Texture.resolution}; grid points along a volume's longest, default "
+        f"{settings.Volume.resolution}.",
+    ),
 ]
 TextureSets = Annotated[Sets | None, typer.Option("--sets", help="Textures: one, one an object; auto: one where that serves.")]
 SamplingName = Annotated[
@@ -310,7 +316,7 @@ class Weights:
         from sdfprt.baking.asset import Asset
         from sdfprt.baking.sdf import bake
         from sdfprt.mesh.scene import MeshScene
-        from sdfprt.tables import stored, texture, vertex
+        from sdfprt.tables import stored, texture, vertex, volume
 
         if self.asset is None:
             width = settings.Network.width if self.width is None else self.width
@@ -323,16 +329,26 @@ class Weights:
         for flag, value in (given | {"resolution": self.resolution, "sets": self.sets}).items():
             if value is not None:
                 raise SdfprtError(f"--{flag} {value}: what --asset {self.asset} holds has its own; give one of the two")
-        kinds: dict[str, Any] = {vertex.FORMAT: vertex.VertexTable, texture.FORMAT: texture.TextureTable}
-        kind = kinds.get(stored.form_of(self.asset), Asset) if isinstance(scene, MeshScene) else Asset
+        kinds: dict[str, Any] = {volume.FORMAT: volume.VolumeTable}
+        if isinstance(scene, MeshScene):
+            kinds |= {vertex.FORMAT: vertex.VertexTable, texture.FORMAT: texture.TextureTable}
+        kind = kinds.get(stored.form_of(self.asset), Asset)
         return kind.load(self.asset, scene=scene)
+
+    def read_network(self, scene: "AnyScene") -> Any:
+        """The asset, where only a network will do."""
+        from sdfprt.baking.asset import Asset
+
+        if self.storage not in (None, Storage.network):
+            raise SdfprtError(f"--storage {self.storage.value}: here a network is needed; leave it out")
+        return self.read(scene) if self.asset is None else Asset.load(self.asset, scene=scene)
 
 
 def of_textures(storage: Storage | None, resolution: int | None, sets: Sets | None) -> dict[str, Any]:
     """What `bake` takes of these flags. Raises SdfprtError for one that the storage does not have."""
     given = {name: value for name, value in (("resolution", resolution), ("sets", sets)) if value is not None}
     for name, value in given.items():
-        if storage is not Storage.texture:
+        if storage is not Storage.texture and (name, storage) != ("resolution", Storage.volume):
             raise SdfprtError(f"--{name} {value}: only textures have it; give --storage texture")
     return {name: getattr(value, "value", value) for name, value in given.items()}
 

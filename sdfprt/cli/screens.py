@@ -60,7 +60,7 @@ def export(
     resolution = pixels(size)
     loaded = field_only(reading.load(scene), "export")
     light, material, camera = look.read_light(), look.read_material(loaded), look.read_camera(loaded)
-    baked = weights.read(loaded)
+    baked = weights.read_network(loaded)
     same: dict[str, Any] = {
         "material": material,
         "camera": camera,
@@ -101,7 +101,7 @@ def view(
     loaded = field_only(reading.load(scene), "view")
     light, material, camera = look.read_light(), look.read_material(loaded), look.read_camera(loaded)
     need_display(loaded)
-    baked = weights.read(loaded)
+    baked = weights.read_network(loaded)
     print(KEYS)
     shown: dict[str, Any] = {"material": material, "camera": camera, "size": resolution, "exposure": exposure}
     run(loaded, baked, light, yaw=look.yaw, suns=read_suns(suns), gloss=gloss.value if gloss else None, **shown)

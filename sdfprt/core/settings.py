@@ -184,6 +184,12 @@ class Texture:
 
 
 @dataclass(frozen=True)
+class Volume:
+    resolution: int = 32  # grid points along the longest side of the bounds
+    rays: int = 512  # a grid point
+
+
+@dataclass(frozen=True)
 class NeuralFit:
     width: int = 32  # neurons a layer
     layers: int = 2  # of them, before the output

@@ -35,6 +35,7 @@ from sdfprt.sdf.kinds import AnyScene
 from sdfprt.sdf.scene import Scene
 from sdfprt.tables.texture import TextureTable
 from sdfprt.tables.vertex import VertexTable
+from sdfprt.tables.volume import VolumeTable
 
 NAMES = ("glsl", "torch", "warp")
 _SIDES = 32, 128  # pixels of the pictures that are timed
@@ -140,7 +141,7 @@ def choose(
 @checked(size=SIZES, samples=SAMPLES)
 def frame(
     scene: AnyScene,
-    asset: Asset | AnyNet | Table,
+    asset: Asset | AnyNet | VolumeTable | Table,
     light: Light,
     material: Material | None = None,
     camera: Camera | None = None,
@@ -168,9 +169,14 @@ def frame(
             return (texture_surface.draw if by_shader else texture_surface.draw_by_rays)(scene, asset, light, shot)
         shot.refuse_exact("vertex storage")
         return (vertex_surface.draw if by_shader else vertex_surface.draw_by_rays)(scene, asset, light, shot)
-    net = opengl.network_of(asset, scene)
+    if isinstance(asset, VolumeTable):
+        asset.check(scene)
+        net = asset
+    else:
+        net = opengl.network_of(asset, scene)
     if backend == "auto":
-        backend = choose(net, size, samples)
+        by_cost = not isinstance(net, VolumeTable)
+        backend = choose(net, size, samples) if by_cost else "glsl" if has_opengl() else "warp"
     if backend == "glsl":
         return opengl.draw(scene, net, light, shot)
     return torch_backend.draw(scene, net, light, shot, backend)
@@ -179,7 +185,7 @@ def frame(
 @checked(size=SIZES, samples=SAMPLES)
 def render(
     scene: AnyScene,
-    asset: Asset | AnyNet | Table,
+    asset: Asset | AnyNet | VolumeTable | Table,
     light: Light,
     material: Material | None = None,
     camera: Camera | None = None,

@@ -28,6 +28,7 @@ from sdfprt.rendering.uniforms import set_camera, set_exact, set_light, set_mate
 from sdfprt.rendering.units import SAMPLERS, Unit
 from sdfprt.sdf.kinds import AnyScene
 from sdfprt.tables.texture import TextureTable
+from sdfprt.tables.volume import VolumeTable
 from sdfprt.transfer.sunlight import sunlight
 
 _TILE = 1024  # samples along a side that are rendered at once
@@ -72,7 +73,7 @@ def light_coefficients(light: Light, shot: Shot, net_bands: int) -> tuple[Float[
     return light.sh_dered(bands) if shot.lighting.dering else (light.sh(bands), 0.0)
 
 
-def prepared(scene: AnyScene, net: AnyNet | TextureTable, light: Light, shot: Shot) -> PreparedLight:
+def prepared(scene: AnyScene, net: AnyNet | TextureTable | VolumeTable, light: Light, shot: Shot) -> PreparedLight:
     """The light taken apart for a shot."""
     return prepare(light, shot.lighting, shot.material, net.bands, scene.has_exponent)
 
@@ -151,8 +152,11 @@ def _mesh_suns(scene: MeshScene, suns: Suns, exponent: float, camera: Camera, ta
 
 
 @in_render_thread
-def draw(scene: AnyScene, net: AnyNet, light: Light, shot: Shot) -> Frame:
-    """Draw with learnt transfer, by OpenGL. Raises SdfprtError without OpenGL, and where the picture is not finite."""
+def draw(scene: AnyScene, net: AnyNet | VolumeTable, light: Light, shot: Shot) -> Frame:
+    """Draw with transfer of a network or a volume, by OpenGL.
+
+    Raises SdfprtError without OpenGL, and where the picture is not finite.
+    """
     pixels = np.zeros((shot.size[1], shot.size[0], 4), np.float32)
     samples = shot.samples
     lit = prepared(scene, net, light, shot)
@@ -165,7 +169,7 @@ def draw(scene: AnyScene, net: AnyNet, light: Light, shot: Shot) -> Frame:
 
 
 def lit_tiles(
-    scene: AnyScene, net: AnyNet, light: Light, shot: Shot, lit: PreparedLight | None = None
+    scene: AnyScene, net: AnyNet | VolumeTable, light: Light, shot: Shot, lit: PreparedLight | None = None
 ) -> Iterator[tuple[tuple[int, int, int, int], moderngl.Texture]]:
     """Tiles of the picture, and the radiance of their samples while it is on the card; the next one draws over it.
 
@@ -175,7 +179,8 @@ def lit_tiles(
 
     # What stays the same for all tiles
     variant = programs().choose_variant(net, shot)
-    lighting = programs().lighting_program(net, variant)
+    by_volume = isinstance(net, VolumeTable)
+    lighting = programs().volume_program(net, variant) if by_volume else programs().lighting_program(net, variant)
     held: list = [*set_light(lighting, variant, net.bands, lit.coefficients)]
     if lit.exact is not None:
         set_exact(lighting, lit.exact)

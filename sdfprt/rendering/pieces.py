@@ -23,10 +23,12 @@ from sdfprt.maths import sh
 from sdfprt.network.cells import AnyNet, CellNets, networks
 from sdfprt.network.mlp import SLOPE, TransferNet
 from sdfprt.sdf.scene import NORMAL_STEP, Scene
+from sdfprt.tables.volume import LIFT, VolumeTable, cosine_product
 
 VERSION = "#version 430"
 SURFACE = ("camera", "trace", "normal", "surface")
 LIGHT = ("network", "sh", "latlong", "shade", "light")
+VOLUME_LIGHT = ("volume", *LIGHT[1:])
 SUNLIGHT = ("trace", "suns", "sunlight")
 FREE = ("free",)
 LIST = ("list",)
@@ -155,6 +157,32 @@ def light_compute(net: AnyNet, variant: Variant) -> str:
     tau = [] if variant.fixed_light or variant.exact else [tau_text(net.bands, variant.light_bands, variant.result_bands)]
     weights = [constant_network(net)] if variant.constant and isinstance(net, TransferNet) else []
     return "\n".join([VERSION, defines(net, variant), *tau, *weights, join(light_pieces(net, variant))])
+
+
+def volume_compute(table: VolumeTable, variant: Variant) -> str:
+    """The second pass where a volume holds transfer; the same for all volumes of its bands."""
+    tau = [] if variant.fixed_light or variant.exact else [tau_text(table.bands, variant.light_bands, variant.result_bands)]
+    exact = ["#define EXACT_LIGHT"] if variant.exact else []
+    sizes = {**_shading_sizes(table.bands, variant), "POINTS": 1, "GROUP": variant.group, "MOST_SUNS": settings.Suns.most}
+    product = products_text("cosine", cosine_product(table.bands))
+    return "\n".join([VERSION, *exact, *(f"#define {k} {v}" for k, v in sizes.items()), *tau, product, join(VOLUME_LIGHT)])
+
+
+def volume_uniforms(table: VolumeTable) -> dict[str, Any]:
+    """Uniforms of volume.glsl, without the texture."""
+    return {
+        "volumeLow": table.low,
+        "volumeCell": table.cell,
+        "volumeCounts": tuple(map(float, table.counts)),
+        "volumeLift": LIFT,
+    }
+
+
+def volume_slabs(table: VolumeTable) -> np.ndarray:
+    """Coefficients in fours as (fours * depth, height, width, 4), a slab of the whole grid for each four."""
+    values = np.pad(table.visibility, ((0, 0), (0, 0), (0, 0), (0, -(table.bands**2) % 4)))
+    quads = values.reshape(*values.shape[:3], -1, 4)
+    return np.ascontiguousarray(np.moveaxis(quads, 3, 0).reshape(-1, *values.shape[1:3], 4))
 
 
 def lit_stage(pieces: tuple[str, ...], bands: int, variant: Variant) -> str:
@@ -305,13 +333,17 @@ def defines(net: AnyNet, variant: Variant) -> str:
 
 def tau_text(transfer_bands: int, light_bands: int, result_bands: int) -> str:
     """The non-zero triple products as constant arrays."""
-    tau = sh.triple_product(transfer_bands, light_bands, result_bands)
-    i, j, k = np.nonzero(tau)
+    return products_text("tau", sh.triple_product(transfer_bands, light_bands, result_bands))
+
+
+def products_text(name: str, values: np.ndarray) -> str:
+    """The values (i, j, k) that are not zero as `name`Value, and i + 256 j + 65536 k of each as `name`Index."""
+    i, j, k = np.nonzero(values)
     index = ",".join(str(int(v)) for v in i + (j << 8) + (k << 16))
-    values = ",".join(number(v, 7) for v in tau[i, j, k])
+    floats = ",".join(number(v, 7) for v in values[i, j, k])
     return (
-        f"#define TAU_COUNT {len(i)}\nconst int tauIndex[{len(i)}] = int[]({index});\n"
-        f"const float tauValue[{len(i)}] = float[]({values});"
+        f"#define {name.upper()}_COUNT {len(i)}\nconst int {name}Index[{len(i)}] = int[]({index});\n"
+        f"const float {name}Value[{len(i)}] = float[]({floats});"
     )
 
 

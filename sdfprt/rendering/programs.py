@@ -26,6 +26,7 @@ from sdfprt.rendering.pieces import (
     TEXTURED,
     TEXTURED_VERTEX,
     VERSION,
+    VOLUME_LIGHT,
     Variant,
     defines,
     fixed_fragment,
@@ -40,11 +41,23 @@ from sdfprt.rendering.pieces import (
     shadow_uniforms,
     sunlight_fragment,
     surface_fragment,
+    volume_compute,
+    volume_uniforms,
 )
-from sdfprt.rendering.targets import TARGET_SAMPLES, Kept, LightMaps, Target, Texture, network_texture, scene_texture
+from sdfprt.rendering.targets import (
+    TARGET_SAMPLES,
+    Kept,
+    LightMaps,
+    Target,
+    Texture,
+    network_texture,
+    scene_texture,
+    volume_texture,
+)
 from sdfprt.rendering.uniforms import set_uniforms
 from sdfprt.rendering.units import SAMPLERS, Unit, scene_samplers
 from sdfprt.sdf.scene import Scene
+from sdfprt.tables.volume import VolumeTable
 
 PROGRAMS = 24  # kept at most, of each kind; and textures
 MESHES = 4  # whose buffers are kept at most
@@ -77,6 +90,7 @@ class Programs:
         self.mesh_programs: Kept[tuple[str, ...], moderngl.Program] = Kept(PROGRAMS)
         self.maps: Kept[str, LightMaps] = Kept(PROGRAMS // 3)  # by their values
         self.weights: Kept[str, moderngl.Texture] = Kept(PROGRAMS)
+        self.volumes: Kept[str, moderngl.Texture3D] = Kept(MESHES)
         self.lit: dict[str, int] = {}  # samples, by the network's digest
 
     def scene_program(self, scene: Scene) -> FullScreen:
@@ -112,6 +126,20 @@ class Programs:
         set_uniforms(program, values, **values)  # the driver drops what weights as constants and colours do not need
         return program
 
+    def volume_program(self, table: VolumeTable, variant: Variant) -> moderngl.ComputeShader:
+        """The program of the second pass of volume storage, with what belongs to the volume set."""
+
+        def compiled() -> moderngl.ComputeShader:
+            with _placed(VOLUME_LIGHT, "volume"):
+                return context().compute_shader(volume_compute(table, variant))
+
+        program = self.lightings.get(("volume", variant, table.bands), compiled)
+        self.volumes.get(table.digest, lambda: volume_texture(context(), table)).use(Unit.TRANSFER)
+        names = ("volumeTexture", "surfacePoint", "surfaceDirection", "surfaceColour", "sunDiffuse", "sunGlossy")
+        values = {**volume_uniforms(table), **{name: SAMPLERS[name] for name in names}}
+        set_uniforms(program, ("surfaceColour", "sunDiffuse", "sunGlossy"), **values)  # by the material
+        return program
+
     def fixed_program(self, pieces: tuple[str, ...]) -> FullScreen:
         """The program of a pass without anything of the scene's or the network's: FREE or BACKGROUND."""
         return self._full_screen(pieces[-1], lambda: fixed_fragment(pieces), pieces, pieces[-1])
@@ -145,14 +173,15 @@ class Programs:
 
         return self.mesh_programs.get(("textured", str(bands), str(variant)), compiled)
 
-    def choose_variant(self, net: AnyNet, shot: Shot) -> Variant:
+    def choose_variant(self, net: AnyNet | VolumeTable, shot: Shot) -> Variant:
         """The lighting program for this shot.
 
-        A GPU's invocation takes one point. On a CPU, where each fetch of a weight is dear, it takes 8 (on llvmpipe 4, 8 and 16
-        ran at 0.76, 1 and 0.96 of the speed of 8, k=64), and compiling the weights in, which takes seconds, pays after some frames.
+        A GPU's invocation takes one point. On a CPU, where each fetch of a weight is dear, a network's takes 8 (on llvmpipe 4, 8
+        and 16 ran at 0.76, 1 and 0.96 of the speed of 8, k=64), and compiling the weights in, which takes seconds, pays after some
+        frames.
         """
         points, constant = 1, ""
-        if on_cpu():
+        if on_cpu() and not isinstance(net, VolumeTable):
             self.lit[net.digest] = self.lit.get(net.digest, 0) + shot.fine[0] * shot.fine[1]
             all_of_them = networks(net)
             few = sum(weight.size for weight, _ in all_of_them[0].weights) <= settings.Render.constant_most

@@ -16,9 +16,10 @@ from sdfprt.core.opengl import context
 from sdfprt.light.light import Light
 from sdfprt.material.shading import ExactLight
 from sdfprt.network.cells import AnyNet
-from sdfprt.rendering.pieces import GRAIN, gloss_layers, weights_texture
+from sdfprt.rendering.pieces import GRAIN, gloss_layers, volume_slabs, weights_texture
 from sdfprt.rendering.units import Unit
 from sdfprt.sdf.textures import Texels
+from sdfprt.tables.volume import VolumeTable
 
 Texture = moderngl.Texture | moderngl.Texture3D
 TARGET_SAMPLES = 5 << 18  # of all targets that are kept together, 84 to 116 bytes each: a full tile and a quarter
@@ -149,6 +150,18 @@ def network_texture(gl: moderngl.Context, net: AnyNet) -> moderngl.Texture:
         )
     made = gl.texture(values.shape[1::-1], 4, values.tobytes(), dtype="f4")
     made.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return made
+
+
+def volume_texture(gl: moderngl.Context, table: VolumeTable) -> moderngl.Texture3D:
+    """A volume's visibility, as volume.glsl reads it. Raises SdfprtError where the driver takes no texture so large."""
+    values, most = volume_slabs(table), int(gl.info["GL_MAX_3D_TEXTURE_SIZE"])
+    if max(values.shape[:3]) > most:
+        shape = " x ".join(map(str, values.shape[2::-1]))
+        raise SdfprtError(f"a volume texture of {shape}; this driver takes {most} along a side: give a smaller --resolution")
+    made = gl.texture3d(values.shape[2::-1], 4, values.tobytes(), dtype="f2")
+    made.repeat_x = made.repeat_y = made.repeat_z = False
+    made.filter = (moderngl.LINEAR, moderngl.LINEAR)
     return made
 
 

@@ -29,6 +29,7 @@ from sdfprt.rendering.frame import checked, prepared, tiles, trace_suns, trace_t
 from sdfprt.rendering.traced import sun_planes, trace_planes
 from sdfprt.sdf.kinds import AnyScene
 from sdfprt.sdf.scene import Scene
+from sdfprt.tables.volume import VolumeTable
 from sdfprt.transfer.seen import see
 from sdfprt.transfer.sunlight import sunlight as suns_by_rays
 
@@ -159,7 +160,7 @@ def _seen_by_warp(scene: AnyScene, shot: Shot, suns: Suns = NO_SUNS) -> Iterator
 SURFACES = {"torch": _seen_by_opengl, "warp": _seen_by_warp}
 
 
-def draw(scene: AnyScene, net: AnyNet, light: Light, shot: Shot, surface: str = "torch") -> Frame:
+def draw(scene: AnyScene, net: AnyNet | VolumeTable, light: Light, shot: Shot, surface: str = "torch") -> Frame:
     """As rendering.frame.draw; `surface` torch traces by OpenGL, warp needs none.
 
     Raises SdfprtError for torch without OpenGL, for the triple product in each fragment, and where the picture is not finite.
@@ -172,7 +173,12 @@ def draw(scene: AnyScene, net: AnyNet, light: Light, shot: Shot, surface: str = 
 
 @torch.no_grad()
 def picture_on_device(
-    scene: AnyScene, net: AnyNet, light: Light, shot: Shot, surface: str = "torch", lit: PreparedLight | None = None
+    scene: AnyScene,
+    net: AnyNet | VolumeTable,
+    light: Light,
+    shot: Shot,
+    surface: str = "torch",
+    lit: PreparedLight | None = None,
 ) -> Float[torch.Tensor, "h w 4"]:
     """Radiance and alpha of `draw`, left where torch computes."""
     shot.refuse_beyond(f"the back end {surface}", "dering", "light_bands", "result_bands", "suns", "gloss")
@@ -186,7 +192,10 @@ def picture_on_device(
         # Network and light
         x, y, width, height = seen.tile
         outgoing = torch.nn.functional.normalize(eye - seen.points, dim=1)
-        transfer = predict(net, seen.points, seen.normals)
+        if isinstance(net, VolumeTable):
+            transfer = _sent(net.predict(seen.points.cpu().numpy(), seen.normals.cpu().numpy()))
+        else:
+            transfer = predict(net, seen.points, seen.normals)
         own = {"albedo": seen.albedo, "exponent": seen.exponent, "exact": lit.exact, "sunlight": seen.sunlight}
         colour = shading.shade(transfer, seen.normals, outgoing, lit.coefficients, shot.material, result_bands, **own)
         colour = torch.nn.functional.pad(colour * (1 - seen.dark[:, None]), (0, 1), value=1.0)

@@ -11,7 +11,7 @@ class Unit(IntEnum):
     COLOUR = 2
     ENVIRONMENT = 3  # the light behind the scene
     WEIGHTS = 4  # of the network
-    TRANSFER = 4  # textures of a mesh, where there is no network
+    TRANSFER = 4  # textures of a mesh, or a volume, where there is no network
     PICTURE = 5  # of a mesh's finish, in its first pass
     SUN_DIFFUSE = 5  # what the discs of the light give, by rays
     SUN_GLOSSY = 6
@@ -29,6 +29,7 @@ SAMPLERS = {
     "networkWeights": Unit.WEIGHTS,
     "picture": Unit.PICTURE,
     "transferTextures": Unit.TRANSFER,
+    "volumeTexture": Unit.TRANSFER,
     "freeCones": Unit.CONES,
     "sunDiffuse": Unit.SUN_DIFFUSE,
     "sunGlossy": Unit.SUN_GLOSSY,

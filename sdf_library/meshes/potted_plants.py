@@ -27,7 +27,7 @@ random = np.random.default_rng(7)
 parts = [sheet(1.9, 0.0, floor, 96)]
 for x, z, scale, count in ((-0.6, -0.3, 1.0, 110), (0.65, -0.15, 0.8, 80), (0.05, 0.75, 0.62, 60)):
     parts.append(lathe([(r * scale, h * scale) for r, h in POT], clay, (x, 0, z), 64))
-    parts.append(lathe([(0.0, 0.45 * scale), (0.31 * scale, 0.45 * scale)], soil, (x, 0, z), 48, 2))
+    parts.append(lathe([(0.31 * scale, 0.45 * scale), (0.0, 0.45 * scale)], soil, (x, 0, z), 48, 2))
     for _ in range(count):
         out, turn = 0.2 * scale * np.sqrt(random.uniform()), random.uniform(0, 2 * np.pi)
         foot = np.array([x + out * np.sin(turn), 0.45 * scale, z + out * np.cos(turn)])

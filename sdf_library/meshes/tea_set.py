@@ -63,7 +63,7 @@ handle = np.stack([-0.48 + 0.30 * np.cos(angle), 0.37 + 0.20 * np.sin(angle), 0 
 parts.append(tube(handle, 0.035, gold, 24))
 for x, z, spin in ((-0.85, 0.55, 0.6), (0.75, 0.72, 2.4), (-1.05, -0.65, 3.6)):
     parts += [lathe(SAUCER, china, (x, 0, z), 72), lathe(CUP, china, (x, 0.036, z), 72)]
-    parts.append(lathe([(0.0, 0.235), (0.215, 0.235)], tea, (x, 0.036, z), 48, 2))
+    parts.append(lathe([(0.215, 0.235), (0.0, 0.235)], tea, (x, 0.036, z), 48, 2))
     ear = np.stack([0.23 + 0.085 * np.sin(np.pi * turn), 0.08 + 0.14 * turn, 0 * turn], 1)
     c, s = np.cos(spin), np.sin(spin)
     parts.append(tube(ear @ np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]) + (x, 0.036, z), 0.016, gold, 16))

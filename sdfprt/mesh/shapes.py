@@ -28,7 +28,10 @@ def grid(points: Float[ndarray, "m n 3"], finish: Finish, around: bool = False) 
 def lathe(
     profile: Sequence[tuple[float, float]], finish: Finish, center: Place = (0, 0, 0), sides: int = 48, fine: int = 6
 ) -> Part:
-    """A surface of revolution about the vertical: (radius, height) along a curve through the profile, `fine` rows a piece."""
+    """A surface of revolution about the vertical: (radius, height) along a curve through the profile, `fine` rows a piece.
+
+    It faces away from the axis where the profile rises, up where it runs to the axis.
+    """
     from scipy.interpolate import PchipInterpolator
 
     knots = np.asarray(profile, float)
@@ -41,12 +44,12 @@ def lathe(
 
 
 def tube(path: Float[ndarray, "n 3"], radii: Float[ndarray, "n"] | float, finish: Finish, sides: int = 16) -> Part:
-    """A tube along a curve, open at its ends."""
+    """A tube along a curve, open at its ends; it faces outwards."""
     ahead = np.gradient(path, axis=0)
     ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
     aside = np.cross(ahead, np.where(np.abs(ahead[:, 1:2]) > 0.9, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)))
     aside /= np.linalg.norm(aside, axis=1, keepdims=True)
-    other = np.cross(aside, ahead)
+    other = np.cross(ahead, aside)
     turn = (2 * np.pi * np.arange(sides) / sides)[None, :, None]
     ring = np.cos(turn) * aside[:, None] + np.sin(turn) * other[:, None]
     return grid(path[:, None] + np.broadcast_to(radii, len(path))[:, None, None] * ring, finish, around=True)
@@ -74,13 +77,13 @@ def sheet(half: float, height: float, finish: Finish, cells: int = 64) -> Part:
 
 
 def leaf(root: Place, turn: float, rise: float, length: float, width: float, finish: Finish) -> Part:
-    """A leaf with two sides that bends under its weight; `turn` about the vertical and `rise` above the ground in radians."""
+    """A leaf that faces up and bends under its weight; `turn` about the vertical and `rise` above the ground in radians."""
     across, along = np.meshgrid(np.linspace(-1, 1, 5), np.linspace(0, 1, 10))
     half = width * np.sin(np.pi * np.clip(along, 0.03, 0.97)) ** 0.8 / 2
     out, up = along * np.cos(rise), along * np.sin(rise) - 0.45 * along**2 + 0.12 * np.abs(across) * along * (1 - along)
     c, s = np.cos(turn), np.sin(turn)
     points = np.stack([length * out * s + across * half * c, length * up, length * out * c - across * half * s], -1)
-    return grid(points + np.asarray(root), finish)
+    return grid(points[:, ::-1] + np.asarray(root), finish)
 
 
 def join(parts: Sequence[Part], name: str, **given: Any) -> MeshScene:

@@ -98,6 +98,16 @@ class Transfer(StrEnum):
     unshadowed = "unshadowed"
 
 
+class Curve(StrEnum):
+    """Tone curves; see imaging/tone.py."""
+
+    shoulder = "shoulder"
+    linear = "linear"
+    reinhard = "reinhard"
+    exposure = "exposure"
+    filmic = "filmic"
+
+
 class Sampling(StrEnum):
     """How directions are chosen; see maths/sequences.py."""
 
@@ -263,6 +273,23 @@ class Look:
     def read_camera(self, scene: "AnyScene") -> "Camera":
         places = {name: triple(text, f"--{name}") for name in ("eye", "target") if (text := getattr(self, name)) is not None}
         return replace(scene.camera, **places, **({} if self.fov is None else {"fov": self.fov}))
+
+
+@dataclass(frozen=True)
+class Showing:
+    """How radiance becomes a PNG: imaging.image.write."""
+
+    exposure: Exposure = settings.Render.exposure
+    tonemap: Annotated[Curve, typer.Option("--tonemap", help="The tone curve; not in EXR.")] = Curve.shoulder
+    bloom: Annotated[
+        float, typer.Option("--bloom", min=0, max=1, help="Share of the light above white that makes a halo; not in EXR.")
+    ] = settings.Render.bloom
+
+    def options(self, output: Path) -> dict[str, Any]:
+        """Keywords of `write`; what an EXR leaves out of them is said."""
+        if output.suffix.lower() == ".exr" and (self.tonemap != settings.Render.tonemap or self.bloom):
+            print(f"sdfprt: {output.name}: EXR is linear radiance, without tone curve and bloom; they are for PNG", file=sys.stderr)
+        return {"exposure": self.exposure, "tonemap": self.tonemap.value, "bloom": self.bloom}
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,6 @@ from sdfprt.cli.options import (
     Backend,
     Background,
     Cluster,
-    Exposure,
     GlossName,
     Joining,
     Kind,
@@ -24,6 +23,7 @@ from sdfprt.cli.options import (
     Reading,
     Samples,
     SceneName,
+    Showing,
     Size,
     Specular,
     Suns,
@@ -49,9 +49,9 @@ def render(
     weights: Weights,
     look: Look,
     joining: Joining,
+    showing: Showing,
     size: Size = DEFAULT_SIZE,
     samples: Samples = settings.Render.samples,
-    exposure: Exposure = settings.Render.exposure,
     background: Background = Switch.auto,
     backend: Annotated[Backend, typer.Option("--backend", help="auto: by measured cost; warp needs no OpenGL.")] = Backend.auto,
 ) -> None:
@@ -78,7 +78,7 @@ def render(
     )
     if found.dering > 0:
         print(f"sdfprt: light windowed against ringing, strength {found.dering:.3g}", file=sys.stderr)
-    write(output, found.rgb, alpha=None if for_eyes else found.alpha, exposure=exposure)
+    write(output, found.rgb, alpha=None if for_eyes else found.alpha, **showing.options(output))
     print(output)
 
 
@@ -87,6 +87,7 @@ def render_set(
     scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="Library names, .glsl or .py files, scene folders.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the pictures and manifest.json.")],
     reading: Reading,
+    showing: Showing,
     light: Annotated[list[str] | None, typer.Option(help="As of `render`; several times for several lights.")] = None,
     light_layout: LightLayout = Layout.auto,
     yaw: Annotated[list[float] | None, typer.Option(help="Degrees; several times for several.")] = None,
@@ -97,7 +98,6 @@ def render_set(
     size: Size = DEFAULT_SIZE,
     samples: Samples = settings.Render.samples,
     kind: Annotated[Kind, typer.Option("--format", help="exr: raw radiance and alpha; png: for the eye.")] = Kind.exr,
-    exposure: Exposure = settings.Render.exposure,
     asset: Annotated[list[Path] | None, typer.Option(help="Baked .safetensors files, found by their scene.")] = None,
     width: Annotated[int, typer.Option("--width", help="Neurons a layer, without an --asset.")] = settings.Network.width,
     cluster: Cluster = None,
@@ -126,7 +126,7 @@ def render_set(
         size=resolution,
         samples=samples,
         kind=kind.value,
-        exposure=exposure,
+        **showing.options(output / f"pictures.{kind.value}"),
         width=width,
         assets=[Asset.load(path) for path in asset or ()],
         cluster=cluster,

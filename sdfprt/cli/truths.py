@@ -11,7 +11,6 @@ from sdfprt.cli.options import (
     DEFAULT_LIGHT,
     DEFAULT_SIZE,
     Background,
-    Exposure,
     Layout,
     LightLayout,
     LightName,
@@ -21,6 +20,7 @@ from sdfprt.cli.options import (
     Samples,
     SceneName,
     Seed,
+    Showing,
     Size,
     Switch,
     Yaw,
@@ -40,6 +40,7 @@ def reference(
     output: Output,
     reading: Reading,
     look: Look,
+    showing: Showing,
     size: Size = DEFAULT_SIZE,
     samples: Samples = settings.Render.samples,
     spp: Annotated[int, typer.Option(min=1, help="Light paths a pixel.")] = settings.Reference.spp,
@@ -48,7 +49,6 @@ def reference(
     checkpoint: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Keep the passes here, to go on to more spp; default: until it is done.")
     ] = None,
-    exposure: Exposure = settings.Render.exposure,
     background: Background = Switch.auto,
     seed: Seed = 0,
 ) -> None:
@@ -80,7 +80,7 @@ def reference(
         keep=checkpoint is not None,
         background=background.decided(for_eyes),
     )
-    write(output, result.rgb, alpha=None if for_eyes else result.alpha, exposure=exposure)
+    write(output, result.rgb, alpha=None if for_eyes else result.alpha, **showing.options(output))
     if error is not None:
         write(error, result.standard_error)
     print(f"sdfprt: standard error {result.standard_error.mean():.3g} on average", file=sys.stderr)

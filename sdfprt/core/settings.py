@@ -85,6 +85,8 @@ class Render:
     gloss: str = "exact"  # light and lobe exact, or sh: the triple product of the papers
     product: str = "tpfl"  # light fixed in one matrix a frame, or tp: the whole triple product in each fragment
     exposure: float = 1.0  # PNG only, multiplies radiance before the tone curve
+    tonemap: str = "shoulder"  # PNG only, the tone curve, of imaging.tone.CURVES
+    bloom: float = 0.0  # PNG only, share of the light above white that goes into a halo
     constant_after: int = 2_000_000  # samples lit by a network until, on a CPU, its weights become constants: seconds to compile
     constant_most: int = 50_000  # weights that do
 

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
 from sdfprt.core.printed import caught_prints
@@ -114,8 +115,18 @@ def _of_integers(pixels: ndarray) -> Image:
     return Image(rgb, alpha)
 
 
-def write(path: str | Path, rgb: ndarray, alpha: ndarray | None = None, exposure: float = 1.0) -> None:
-    """Write .exr (raw radiance and alpha, float32) or .png (exposed, tone-mapped, sRGB). Raises SdfprtError otherwise."""
+def write(
+    path: str | Path,
+    rgb: ndarray,
+    alpha: ndarray | None = None,
+    exposure: float = settings.Render.exposure,
+    tonemap: str = settings.Render.tonemap,
+    bloom: float = settings.Render.bloom,
+) -> None:
+    """Write .exr (raw radiance and alpha, float32) or .png (exposed, with bloom, tone-mapped, sRGB: imaging.tone).
+
+    Raises SdfprtError for another kind of file, for a tone curve that does not exist, and for a bloom outside [0, 1].
+    """
     path = Path(path)
     rgb = np.ascontiguousarray(rgb, np.float32)
     if rgb.ndim != 3 or rgb.shape[2] != 3:
@@ -138,5 +149,5 @@ def write(path: str | Path, rgb: ndarray, alpha: ndarray | None = None, exposure
         else:
             import imageio.v3 as iio
 
-            encoded = np.rint(tone.srgb_encode(tone.tone_map(rgb, exposure)) * 255).astype(np.uint8)
+            encoded = np.rint(tone.srgb_encode(tone.tone_map(rgb, exposure, tonemap, bloom)) * 255).astype(np.uint8)
             iio.imwrite(temporary, encoded, extension=".png")

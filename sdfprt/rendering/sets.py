@@ -25,7 +25,7 @@ from sdfprt.core.arguments import checked
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
 from sdfprt.core.progress import track
-from sdfprt.imaging import image
+from sdfprt.imaging import image, tone
 from sdfprt.imaging.camera import Camera, trajectory
 from sdfprt.imaging.shot import SAMPLES, SIZES, Shot, compose
 from sdfprt.light.light import Light
@@ -54,6 +54,8 @@ class Job:
     shot: Shot
     exposure: float
     kind: str
+    tonemap: str = settings.Render.tonemap
+    bloom: float = settings.Render.bloom
 
     @property
     def for_eyes(self) -> bool:
@@ -61,7 +63,7 @@ class Job:
         return self.kind == "png"
 
 
-@checked(views=(1, 100_000), yaws=(-1e6, 1e6), size=SIZES, samples=SAMPLES, exposure=(1e-6, 1e6), width=WIDTHS)
+@checked(views=(1, 100_000), yaws=(-1e6, 1e6), size=SIZES, samples=SAMPLES, exposure=(1e-6, 1e6), bloom=(0, 1), width=WIDTHS)
 def render_set(
     scenes: Sequence[str | Path | AnyScene],
     folder: str | Path,
@@ -79,19 +81,24 @@ def render_set(
     cluster: str | None = None,
     suns: str | int = settings.Render.suns,
     gloss: str | None = None,
+    tonemap: str = settings.Render.tonemap,
+    bloom: float = settings.Render.bloom,
 ) -> list[dict[str, Any]]:
     """Draw all combinations into `folder` and list them in its manifest.json; returns their entries.
 
-    `views` cameras turn about each scene's own target, the first is the scene's own; `cameras`, where given, take their
-    place. A material of None is the scene's own. Scenes without an asset of theirs in `assets` use the shipped or cached
-    one, or are baked. `cluster`, a Dask scheduler's address, has its workers bake and draw: the same files to the bit.
-    An entry: file, scene, light, yaw (degrees), camera (eye, target, up, fov), material, size (W, H), samples, exposure (None for
-    EXR), suns and gloss as `render` takes them; scene_digest and light_digest, which differ where two scenes or lights of one name
-    do. Raises SdfprtError as `render` does, with what is finished kept, and for a manifest that is there but cannot be read.
+    `views` cameras turn about each scene's own target, the first is the scene's own; `cameras`, where given, take their place. A
+    material of None is the scene's own. Scenes without an asset of theirs in `assets` use the shipped or cached one, or are baked.
+    `cluster`, a Dask scheduler's address, has its workers bake and draw: the same files to the bit. An entry: file, scene, light,
+    yaw (degrees), camera (eye, target, up, fov), material, size (W, H), samples, exposure (None for EXR), tonemap and bloom where
+    they are not the usual, suns and gloss as `render` takes them; scene_digest and light_digest, which differ where two scenes or
+    lights of one name do. Raises SdfprtError as `render` does, with what is finished kept, and for a manifest that is there but
+    cannot be read.
     """
     folder = Path(folder)
     if kind not in KINDS:
         raise SdfprtError(f"render-set: cannot write {kind}; use {' or '.join(KINDS)}")
+    if tonemap not in tone.CURVES:
+        raise SdfprtError(f"render-set: tonemap {tonemap}: there is no such curve; there are {', '.join(tone.CURVES)}")
     if not scenes or not lights or not yaws or not materials or (views < 1 and not cameras):
         raise SdfprtError("render-set: give at least one scene, light, yaw, view and material")
     loaded = [scene if isinstance(scene, AnyScene) else Scene.load(scene) for scene in scenes]
@@ -109,7 +116,7 @@ def render_set(
         for camera, (light, digest), yaw, own in itertools.product(looks, zip(environments, digests, strict=True), yaws, chosen):
             eyes = {"background": kind == "png", "dering": kind == "png"}
             shot = compose(scene, own, camera, size, samples, **eyes, suns=suns, gloss=gloss)
-            job = Job(scene, net, light.rotated(yaw=yaw), shot, exposure, kind)
+            job = Job(scene, net, light.rotated(yaw=yaw), shot, exposure, kind, tonemap, bloom)
             entry = _entry(job, yaw, digest)
             jobs[entry["file"]] = (entry, job)
 
@@ -165,7 +172,8 @@ def draw(job: Job) -> bytes:
     picture = draw_frame(job.scene, job.net, job.light, job.shot)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"picture.{job.kind}"
-        image.write(path, picture.rgb, alpha=None if job.for_eyes else picture.alpha, exposure=job.exposure)
+        shown = {"exposure": job.exposure, "tonemap": job.tonemap, "bloom": job.bloom}
+        image.write(path, picture.rgb, alpha=None if job.for_eyes else picture.alpha, **shown)
         return path.read_bytes()
 
 
@@ -185,6 +193,8 @@ def _entry(job: Job, yaw: float, light: str) -> dict[str, Any]:
         "suns": job.shot.lighting.suns,
         "gloss": "exact" if job.shot.lighting.exact else "sh",
     }
+    if job.for_eyes and (job.tonemap, job.bloom) != (settings.Render.tonemap, settings.Render.bloom):
+        entry |= {"tonemap": job.tonemap, "bloom": job.bloom}
     net = [job.net.digest, job.net.scale.tolist()]
     depends = [_VERSION, entry, job.scene.hash, job.scene.look, net, light, job.kind]
     digest = hashlib.sha256(json.dumps(depends).encode()).hexdigest()[:12]

@@ -61,7 +61,7 @@ def test_a_square_with_empty_corners_is_taken_for_an_angular_map_whatever_the_fi
     image.write(tmp_path / "b.exr", full)
     np.testing.assert_array_equal(Light.load(tmp_path / "b.exr").pixels, full)  # light in its corners: a lat-long map
     noise = np.where((angular > 0).all(axis=2, keepdims=True), angular, np.random.default_rng(0).random(angular.shape))
-    image.write(tmp_path / "c.exr", noise.astype(np.float32), alpha=(angular > 0).all(axis=2).astype(np.float32))
+    image.write(tmp_path / "c.exr", noise.astype(np.float32), alpha=np.asarray((angular > 0).all(axis=2), np.float32))
     np.testing.assert_array_equal(Light.load(tmp_path / "c.exr").pixels, light.pixels)
 
 

@@ -91,7 +91,7 @@ def bake(
     keep_apart({"-o": output}, [scene])
     start = time.perf_counter()
     asset = run(
-        reading.load(scene),
+        reading.load(scene, {"-o": output}),
         width=width,
         layers=layers,
         bands=bands,

@@ -12,6 +12,7 @@ import typer
 
 from sdfprt.cli.options import AsJson, FolderOutput, MeshFile, Seed, scene_folder, verb
 from sdfprt.core import settings
+from sdfprt.core.errors import SdfprtError
 
 if TYPE_CHECKING:
     from sdfprt.mesh.distance import Mesh
@@ -50,9 +51,12 @@ def grid_fit(
 def _fitted(mesh: Path, output: Path, as_json: bool, fit: "Callable[[Mesh], Scene]") -> None:
     """Write the scene folder of a fit to a mesh, and say how close it came."""
     from sdfprt.mesh.distance import load
+    from sdfprt.mesh.folder import is_mesh
     from sdfprt.sdf import fidelity
 
     scene_folder(output)
+    if is_mesh(output):
+        raise SdfprtError(f"{output}: there is the scene of a mesh; give another folder")
     start = time.perf_counter()
     source = load(mesh)
     for note in source.notes:

@@ -101,7 +101,7 @@ def check(
     if png is not None:
         picture(png)
     keep_apart({"--png": png}, [scene])
-    loaded = reading.load(scene, notes=False)
+    loaded = reading.load(scene, {"--png": png}, notes=False)
     report = meshes.check(loaded) if isinstance(loaded, MeshScene) else check.check(loaded)
     print(json.dumps(asdict(report), indent=2) if as_json else report)
     if png is not None:

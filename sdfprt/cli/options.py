@@ -14,7 +14,7 @@ import re
 import signal
 import sys
 import traceback as tracebacks
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from enum import StrEnum
 from pathlib import Path
@@ -202,8 +202,12 @@ class Reading:
         list[str] | None, typer.Option("--define", metavar="NAME=VALUE", help="A value for a name of the file; several times.")
     ] = None
 
-    def load(self, source: str, notes: bool = True) -> "AnyScene":
-        """The scene; what is worth knowing of a mesh goes to standard error."""
+    def load(self, source: str, outputs: "Mapping[str, Path | None]", notes: bool = True) -> "AnyScene":
+        """The scene; what is worth knowing of a mesh goes to standard error.
+
+        Raises SdfprtError where one of `outputs`, by their flags, would replace a file that the scene is read from.
+        """
+        from sdfprt.core.files import files_read
         from sdfprt.sdf.scene import Scene
 
         given: dict[str, Any] = {}
@@ -214,7 +218,11 @@ class Reading:
             given["up"] = self.up.value
         if self.define:
             given["defines"] = dict(map(definition, self.define))
-        loaded = Scene.load(source, **given)
+        with files_read() as read:
+            loaded = Scene.load(source, **given)
+            if isinstance(loaded, Scene):
+                _ = loaded.texels
+        keep_apart(outputs, sorted(read))
         for note in () if isinstance(loaded, Scene) or not notes else loaded.notes:
             print(f"sdfprt: {loaded.file}: {note}", file=sys.stderr)
         return loaded
@@ -454,7 +462,7 @@ def scene_folder(output: Path) -> Path:
     return output
 
 
-def keep_apart(outputs: dict[str, Path | None], inputs: Iterable[str | Path | None] = ()) -> None:
+def keep_apart(outputs: Mapping[str, Path | None], inputs: Iterable[str | Path | None] = ()) -> None:
     """Refuse two outputs (by their flags) of one name, and an output that would replace what is read."""
     seen: dict[str, str] = {}
     for flag, path in outputs.items():
@@ -463,7 +471,9 @@ def keep_apart(outputs: dict[str, Path | None], inputs: Iterable[str | Path | No
         if (other := seen.setdefault(os.path.realpath(path), flag)) != flag:
             raise SdfprtError(f"{other} and {flag}: both name {path}; give each a file of its own")
     for source in inputs:
-        if source is not None and (flag := seen.get(os.path.realpath(source))) and Path(source).exists():
+        if source is None or not Path(source).exists():
+            continue
+        if flag := seen.get(os.path.realpath(source)):
             raise SdfprtError(f"{flag} {source}: this file is read by the same call; give another name")
 
 

@@ -62,7 +62,7 @@ def render(
     for_eyes = picture(output).suffix.lower() == ".png"
     keep_apart({"-o": output}, [scene, look.light, weights.asset])
     resolution = pixels(size)
-    loaded = look.dress(reading.load(scene))
+    loaded = look.dress(reading.load(scene, {"-o": output}))
     light, material, camera = look.read_light().rotated(yaw=look.yaw), look.read_material(loaded), look.read_camera(loaded)
     found = frame(
         loaded,
@@ -117,7 +117,7 @@ def render_set(
         raise SdfprtError(f"{output}: this is a file; give a folder")
     resolution = pixels(size)
     entries = run(
-        [reading.load(scene) for scene in scenes],
+        [reading.load(scene, {}) for scene in scenes],
         output,
         lights=[read_light(name, light_layout) for name in light or (DEFAULT_LIGHT,)],
         yaws=yaw or (0.0,),

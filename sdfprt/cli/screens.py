@@ -56,9 +56,10 @@ def export(
         picture(html, (".html", ".htm"))
     if shadertoy is not None:
         picture(shadertoy, (".glsl", ".frag", ".txt"))
-    keep_apart({"--html": html, "--shadertoy": shadertoy}, [scene, look.light, weights.asset])
+    outputs = {"--html": html, "--shadertoy": shadertoy}
+    keep_apart(outputs, [scene, look.light, weights.asset])
     resolution = pixels(size)
-    loaded = field_only(reading.load(scene), "export")
+    loaded = field_only(reading.load(scene, outputs), "export")
     light, material, camera = look.read_light(), look.read_material(loaded), look.read_camera(loaded)
     baked = weights.read_network(loaded)
     same: dict[str, Any] = {
@@ -98,7 +99,7 @@ def view(
     from sdfprt.export.window import view as run
 
     resolution = pixels(size)
-    loaded = field_only(reading.load(scene), "view")
+    loaded = field_only(reading.load(scene, {}), "view")
     light, material, camera = look.read_light(), look.read_material(loaded), look.read_camera(loaded)
     need_display(loaded)
     baked = weights.read_network(loaded)

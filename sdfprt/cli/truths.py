@@ -62,9 +62,10 @@ def reference(
     if checkpoint is not None and not checkpoint.absolute().parent.is_dir():
         raise SdfprtError(f"{checkpoint}: the folder {checkpoint.parent} does not exist")
     passes = checkpoint or output.with_name(output.name + ".passes")
-    keep_apart({"-o": output, "--error": error, "--checkpoint": passes}, [scene, look.light])
+    outputs = {"-o": output, "--error": error, "--checkpoint": passes}
+    keep_apart(outputs, [scene, look.light])
     resolution = pixels(size)
-    loaded = look.dress(reading.load(scene))
+    loaded = look.dress(reading.load(scene, outputs))
     light, material, camera = look.read_light().rotated(yaw=look.yaw), look.read_material(loaded), look.read_camera(loaded)
     result = reference_image(
         loaded,
@@ -105,7 +106,7 @@ def report(
     picture(output, (".html",))
     keep_apart({"-o": output}, [scene, light])
     resolution = pixels(size)
-    loaded = reading.load(scene)
+    loaded = reading.load(scene, {"-o": output})
     environment = read_light(light, light_layout).rotated(yaw=yaw)
     run(loaded, output, environment, camera=loaded.camera, size=resolution, spp=spp, rays=rays)
     print(output)

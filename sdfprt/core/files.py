@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all, and what a killed write left behind.
+"""Files that are written whole or not at all, what a killed write left behind, and which files were read.
 
 A write goes to a hidden file beside its target, which takes the target's place when all is there. The hidden file's name says
 which process of which system writes it, so a later write into the folder can tell those that nobody will finish and remove them.
@@ -23,6 +23,7 @@ _PREFIX = ".sdfprt-"
 _HIDDEN = re.compile(rf"{re.escape(_PREFIX)}(?P<system>[0-9a-f]{{8}})-(?P<process>\d+)-[0-9a-f]{{8}}(\..*)?")
 _DAY = 86_400  # seconds until a hidden file of another system counts as left behind
 _PROBE = 1 << 20  # bytes that are appended to learn why a library could not write
+_records: list[set[Path]] = []  # of the blocks of `files_read` that are under way
 
 
 @contextmanager
@@ -120,6 +121,24 @@ def _alive(process: int) -> bool:
     except (PermissionError, OverflowError):
         return True
     return True
+
+
+@contextmanager
+def files_read() -> Iterator[set[Path]]:
+    """The files of scenes and meshes that are read while the block runs, in whatever thread."""
+    found: set[Path] = set()
+    _records.append(found)
+    try:
+        yield found
+    finally:
+        _records[:] = [each for each in _records if each is not found]
+
+
+def note_read(path: Path) -> Path:
+    """The path itself; whoever reads a scene's or a mesh's own file asks for it by this."""
+    for each in _records:
+        each.add(path)
+    return path
 
 
 def belonging(path: Path, root: Path) -> Path:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from sdfprt.core.errors import GlslError
+from sdfprt.core.files import note_read
 from sdfprt.core.resources import folder
 from sdfprt.core.settings import Compile
 from sdfprt.glsl.compile import file_marker
@@ -112,7 +113,7 @@ def read_text(path: Path, place: str) -> str:
     try:
         if path.stat().st_size > Compile.text:
             raise GlslError(f"{place}: {path.name} is larger than {Compile.text:,} bytes")
-        return path.read_text(errors="replace")
+        return note_read(path).read_text(errors="replace")
     except OSError as error:
         raise GlslError(f"{place}: {path.name} cannot be read ({error.strerror})") from None
 

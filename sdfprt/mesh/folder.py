@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from sdfprt.core.errors import SdfprtError
+from sdfprt.core.files import note_read
 from sdfprt.imaging.camera import Camera
 from sdfprt.material import lobes
 from sdfprt.maths import axes
@@ -46,7 +47,7 @@ def open_scene(path: Path, given: dict[str, Any]) -> MeshScene:
         return load(path, given.get("up", "y"))
     file = path / SETTINGS
     try:
-        toml = tomllib.loads(file.read_text())
+        toml = tomllib.loads(note_read(file).read_text())
         if unknown := toml.keys() - _KEYS:
             raise SdfprtError(
                 f"{file}: the scene of a mesh has no {', '.join(sorted(unknown))}; there are {', '.join(sorted(_KEYS))}"

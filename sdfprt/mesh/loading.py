@@ -10,6 +10,7 @@ from numpy import ndarray
 
 from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
+from sdfprt.core.files import note_read
 from sdfprt.maths import axes
 from sdfprt.mesh import gltf, obj, off, ply, stl
 from sdfprt.mesh.normals import smooth
@@ -41,7 +42,7 @@ def content(path: str | Path) -> Content:
         raise SdfprtError(f"{path}: {size / 2**30:.1f} GB are more than the 2 GB that are read; split it or make it coarser")
     try:
         with np.errstate(over="ignore", invalid="ignore"):  # what is infinite after it is refused
-            found = READERS[path.suffix.lower()](path)
+            found = READERS[path.suffix.lower()](note_read(path))
     except MemoryError:
         raise SdfprtError(f"{path}: more triangles than this machine has memory for") from None
     except SdfprtError:

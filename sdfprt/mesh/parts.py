@@ -12,6 +12,7 @@ from numpy import ndarray
 
 from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
+from sdfprt.core.files import note_read
 
 Colour = tuple[float, float, float]
 
@@ -53,7 +54,7 @@ def beside(file: Path, name: str) -> Path:
     path = (folder / name.replace("\\", "/")).resolve()
     if not path.is_relative_to(folder):
         raise SdfprtError(f"{file}: refers to {name!r}, which lies outside its folder")
-    return path
+    return note_read(path)
 
 
 def picture(source: Path | bytes, name: str) -> UInt8[ndarray, "h w 3"]:

@@ -21,7 +21,7 @@ from safetensors.numpy import save_file
 
 from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError, SdfprtWarning
-from sdfprt.core.files import atomic_write, belonging
+from sdfprt.core.files import atomic_write, belonging, note_read
 from sdfprt.core.resources import folder
 from sdfprt.imaging.camera import Camera
 from sdfprt.material import lobes
@@ -79,7 +79,7 @@ def read_text(path: Path) -> str:
     size = path.stat().st_size
     if size > settings.Compile.text:
         raise SdfprtError(f"{path}: {size:,} bytes are more than a scene may have, {settings.Compile.text:,}")
-    return path.read_text(errors="replace")
+    return note_read(path).read_text(errors="replace")
 
 
 def read_settings(path: Path, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -159,7 +159,7 @@ def errors_of(path: Path) -> Iterator[None]:
 
 def run(path: Path, name: str) -> Any:
     """What a Python file calls `scene`, after running it with all that it may do."""
-    return runpy.run_path(str(path), run_name=name).get("scene")
+    return runpy.run_path(str(note_read(path)), run_name=name).get("scene")
 
 
 def write(

@@ -12,7 +12,7 @@ from numpy import ndarray
 from safetensors import SafetensorError, safe_open
 
 from sdfprt.core.errors import SdfprtError
-from sdfprt.core.files import belonging
+from sdfprt.core.files import belonging, note_read
 from sdfprt.imaging import image, tone
 
 _PICTURES = (".png", ".jpg", ".jpeg", ".exr", ".hdr")
@@ -69,6 +69,7 @@ def noise() -> Texels:
 def load(path: Path, name: str) -> ndarray:
     """A picture, (h, w, c), its numbers as the file has them, [0, 1] or linear; or the only tensor of a safetensors file,
     or the one called `name`. Raises SdfprtError for a file that is missing or not readable."""
+    note_read(path)
     if path.suffix.lower() == ".safetensors":
         try:
             with safe_open(str(path), "numpy") as file:

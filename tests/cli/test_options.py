@@ -3,15 +3,19 @@
 import inspect
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 import typer
+from safetensors.numpy import save_file
 from typer.testing import CliRunner
 
 from sdfprt.cli.main import app, one_line
 from sdfprt.cli.options import definition, keep_apart, numbers, pixels
 from sdfprt.core.errors import SdfprtError
+from sdfprt.imaging import image
 
 COMMANDS = typer.main.get_command(app).commands  # type: ignore[attr-defined]
 
@@ -105,3 +109,56 @@ def test_a_reader_that_goes_away_is_no_error():
         text=True,
     )
     assert "Traceback" not in done.stdout + done.stderr
+
+
+def _glsl_folder(folder: Path) -> Path:
+    """A scene that reads an include, a channel's picture, a texture of scene.toml."""
+    image.write(folder / "iChannel0.png", np.full((2, 2, 3), 0.5, np.float32))
+    save_file({"rock": np.zeros((2, 2, 2), np.float32)}, folder / "rock.safetensors")
+    (folder / "shape.glsl").write_text("float shape(vec3 p) { return length(p) - 0.5; }\n")
+    (folder / "sdf.glsl").write_text(
+        '#include "shape.glsl"\nuniform sampler3D rock;\nfloat sdf(vec3 p) { return shape(p) + 1e-9 * texture(rock, p).r; }\n'
+        "vec3 albedo(vec3 p, vec3 n) { return texture(iChannel0, p.xy).rgb; }\n"
+    )
+    (folder / "scene.toml").write_text('[textures]\nrock = "rock.safetensors"\n')
+    return folder
+
+
+def _obj_file(folder: Path) -> Path:
+    """A mesh whose material has a picture."""
+    image.write(folder / "skin.png", np.full((2, 2, 3), 0.5, np.float32))
+    (folder / "a.mtl").write_text("newmtl a\nmap_Kd skin.png\n")
+    (folder / "a.obj").write_text("mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n")
+    return folder / "a.obj"
+
+
+@pytest.mark.parametrize(
+    ("made", "verb", "flag", "file"),
+    [
+        (_glsl_folder, "render", "-o", "iChannel0.png"),
+        (_glsl_folder, "reference", "-o", "iChannel0.png"),
+        (_glsl_folder, "check", "--png", "iChannel0.png"),
+        (_glsl_folder, "bake", "-o", "rock.safetensors"),
+        (_glsl_folder, "export", "--shadertoy", "shape.glsl"),
+        (_glsl_folder, "export", "--shadertoy", "sdf.glsl"),
+        (_obj_file, "render", "-o", "skin.png"),
+        (_obj_file, "check", "--png", "skin.png"),
+    ],
+)
+def test_no_verb_writes_over_a_file_of_its_own_scene(
+    made: Callable[[Path], Path], verb: str, flag: str, file: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    scene = made(tmp_path)
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    monkeypatch.chdir(tmp_path)
+    said = _refused(verb, str(scene), flag, file)
+    assert flag in said and file in said and "read by the same call" in said
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_a_fit_does_not_write_over_the_scene_of_its_mesh(tmp_path: Path):
+    (tmp_path / "a.off").write_text("OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n")
+    (tmp_path / "scene.toml").write_text('mesh = "a.off"\n')
+    for verb in ("grid-fit", "neural-fit"):
+        assert "the scene of a mesh" in _refused(verb, str(tmp_path / "a.off"), "-o", str(tmp_path))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.off", "scene.toml"]

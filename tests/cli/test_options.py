@@ -101,6 +101,23 @@ def test_ctrl_c_says_that_the_same_call_goes_on_and_exits_130(tmp_path: Path):
     assert (done.returncode, done.stderr) == (130, "sdfprt: stopped; the same call goes on where it was\n")
 
 
+@pytest.mark.parametrize("module", ["sdfprt.cli.main", "sdfprt.cli.listing", "sdfprt.light.light"])
+def test_ctrl_c_in_the_midst_of_an_import_is_one_line_and_130(module: str, tmp_path: Path):
+    script = (
+        "import signal, sys\n"
+        "class Finder:\n"
+        "    def find_spec(name, *_):\n"
+        f"        if name == '{module}':\n"
+        "            try: signal.raise_signal(signal.SIGINT)\n"
+        "            except KeyboardInterrupt: pass  # as some modules do\n"
+        "sys.meta_path.insert(0, Finder)\n"
+        "sys.argv = ['sdfprt', 'lights']\n"
+        "from sdfprt.__main__ import main\nmain()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (130, "sdfprt: stopped\n")
+
+
 def test_a_reader_that_goes_away_is_no_error():
     done = subprocess.run(
         f"{sys.executable} -m sdfprt scenes 2>&1 >/dev/full | cat; {sys.executable} -m sdfprt lights | true",

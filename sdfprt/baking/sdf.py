@@ -4,6 +4,7 @@ from contextlib import nullcontext
 from dataclasses import asdict, replace
 from typing import Any
 
+from sdfprt.baking import cells as divided
 from sdfprt.baking import cluster as workers
 from sdfprt.baking import search, stages
 from sdfprt.baking.asset import Asset, cached_path, find_asset
@@ -59,6 +60,7 @@ def bake(
     sets: str = settings.Texture.sets,
     light: Light | None = None,
     sampling: str = settings.Transfer.sampling,
+    cells: int | str = "auto",
 ) -> Any:
     """The Asset of a scene: shipped, from the cache, or made now, resuming what an earlier call left unfinished.
 
@@ -70,12 +72,19 @@ def bake(
     directions (those of validation are always the sequence's). `cluster`, a Dask scheduler's address, has its workers trace the
     rays; the asset is the same to the bit. `bands` default to settings.Transfer's, in textures to settings.Texture's.
 
+    `cells` cuts a mesh into so many, with a network each where they have enough to learn (baking/cells.py); each adds
+    settings.Cells.points of the samples and takes settings.Cells.steps of the steps of one network. auto: as many as the mesh
+    needs, which is one for most; an SDF has one.
+
     `storage` "vertex" gives a VertexTable of a mesh, with `bounces` diffuse interreflections, or not `shadowed`; "texture" a
     TextureTable of `resolution` texels squared, one or one an object (`sets`: auto, one, object), or not `shadowed`; its
     `bounces` are those of one `light`. "volume" gives a VolumeTable of either kind of scene, `resolution` grid points along its
     longest side. `resolution` defaults to settings.Texture's and settings.Volume's.
     Raises SdfprtError where the scene has no surface or its distance is NaN.
     """
+    asked = divided.counted(cells)
+    if asked is not None and storage != "network":
+        raise SdfprtError(f"cells {cells}: {storage} storage has no networks; leave it out")
     if storage == "vertex":
         return bake_vertices(scene, bands or settings.Transfer.bands, rays, seed, bounces, shadowed, fresh, sampling)
     if storage == "texture":
@@ -98,9 +107,12 @@ def bake(
     if preview:
         points, rays, steps, resolution = 30_000, 64, 800, 128
     check_memory(f"bake: {points:,} points with {bands} bands", points * (fit_bytes(bands) + 24.0))
+    if asked is not None and asked > 1 and not isinstance(scene, MeshScene):
+        raise SdfprtError(f"cells {asked}: {scene.file} is an SDF, and only meshes are cut into cells; leave it out")
 
     # What is there already
     recipe = (layers, bands, points, rays, steps, seed, target_psnr, *stages.marked(sampling))
+    recipe += () if asked is None else (f"{asked} cells",)
     usual = recipe == _usual()
     path = cached_path(scene, width) if usual else cached_path(scene, width, stages.digest(width, *recipe))
     if not fresh and (found := find_asset(scene, width) if usual else Asset.find(path, scene)):
@@ -108,12 +120,24 @@ def bake(
 
     # Networks of one size, or of those that the search tries
     work = cache_folder() / WORK
+    count = asked or (1 if preview else divided.needed(scene, bands, seed))
+    if count > 1:
+        divided.check_weights(scene, count, Size(width, layers), bands)
+        points, steps = divided.points_of(points, count), max(round(steps * settings.Cells.steps), 1)
     traced, train, validation = _samples(scene, points, rays, bands, seed, resolution, cluster, sampling)
+    parted = divided.merged(divided.even(scene.bounds, divided.cut(scene.bounds, count)), train[0], train[2])
     looks = search.views(scene, work, bands, seed) if target_psnr else []
 
     def fitted(size: Size, stop: float | None) -> Fitted:
         key = stages.digest(traced, size, steps, stop, asdict(settings.Fit()), asdict(settings.Network()))
-        net = stages.network(scene, work / f"fit-{key}", train, validation, size, steps, seed, stop)
+        if parted.networks > 1:
+            own = [key, *map(repr, (parted.low, parted.side)), parted.owner.tolist(), asdict(settings.Cells())]
+            stems = [work / f"fit-{stages.digest(*own, number)}" for number in range(parted.networks)]
+            net = divided.fitted(parted, train, validation, size, steps, seed, stop, stems, cluster)
+        else:
+            x, y, z = map(float, scene.center)
+            task = stages.Fit(train, validation, size, (x, y, z), scene.extent, steps, seed, stop)
+            net = stages.network(work / f"fit-{key}", task)
         reached = {"validation_psnr": net.info["validation_psnr"]}
         return Fitted(size, net, reached | ({"view_psnr": search.view_psnr(net, looks)} if looks else {}))
 

@@ -152,28 +152,54 @@ def trace_ahead(client: Any, scene: AnyScene, drawn: Arrays, part: Part, folder:
             advance(1)
 
 
-def network(
-    scene: AnyScene, stem: Path, train: Samples, validation: Samples, size: Size, steps: int, seed: int, target_psnr: float | None
-) -> TransferNet:
-    """The fitted network of one size; `stem`.safetensors holds it, `stem`.part what a stopped fit left."""
-    done, part = stem.with_suffix(".safetensors"), stem.with_suffix(".part")
+@dataclass(frozen=True)
+class Fit:
+    """All that a fitted network depends on, but for settings; without `validation` some of the samples test it."""
+
+    train: Samples
+    validation: Samples | None
+    size: Size
+    center: tuple[float, float, float]
+    extent: float
+    steps: int
+    seed: int
+    target_psnr: float | None
+
+
+def fit(task: Fit, checkpoint: Path | None = None, label: str = "") -> TransferNet:
+    """The network; also the task that workers of a cluster get."""
+    return fit_transfer(
+        *task.train,
+        **task.size._asdict(),
+        center=task.center,
+        extent=task.extent,
+        steps=task.steps,
+        seed=task.seed,
+        target_psnr=task.target_psnr,
+        validation=task.validation,
+        checkpoint=checkpoint,
+        label=label,
+    )
+
+
+def fitted(stem: Path) -> TransferNet | None:
+    """The network in `stem`.safetensors, where it is there and whole."""
+    done = stem.with_suffix(".safetensors")
     if regular_file(done):
         try:
             return TransferNet.load(done)
         except SdfprtError:
             pass  # damaged: fitted again
-    net = fit_transfer(
-        *train,
-        **size._asdict(),
-        center=scene.center,
-        extent=scene.extent,
-        steps=steps,
-        seed=seed,
-        target_psnr=target_psnr,
-        validation=validation,
-        checkpoint=part,
-    )
-    net.save(done)
+    return None
+
+
+def network(stem: Path, task: Fit, label: str = "") -> TransferNet:
+    """The fitted network; `stem`.safetensors holds it, `stem`.part what a stopped fit left. `label` names the fit's progress."""
+    if (found := fitted(stem)) is not None:
+        return found
+    part = stem.with_suffix(".part")
+    net = fit(task, part, label)
+    net.save(stem.with_suffix(".safetensors"))
     part.unlink(missing_ok=True)
     return net
 

@@ -11,6 +11,7 @@ import typer
 from sdfprt.cli.options import (
     AsJson,
     Bounces,
+    CellCount,
     Cluster,
     HeldBy,
     Layout,
@@ -68,6 +69,7 @@ def bake(
     transfer: Visibility = Transfer.shadowed,
     resolution: Resolution = None,
     sets: TextureSets = None,
+    cells: CellCount = "auto",
     light: Annotated[str | None, typer.Option("--light", help="That of --bounces in textures, which hold it.")] = None,
     yaw: Yaw = 0.0,
     as_json: AsJson = False,
@@ -106,6 +108,7 @@ def bake(
         cluster=cluster,
         storage=(storage or Storage.network).value,
         bounces=bounces,
+        cells=cells,
         shadowed=transfer is Transfer.shadowed,
         light=None if light is None else read_light(light, Layout.auto).rotated(yaw=yaw),
         **of_textures(storage, resolution, sets),
@@ -127,6 +130,8 @@ def bake(
         reached = f"points {size['validation_psnr']:.1f} dB, views {size['view_psnr']:.1f} dB"
         print(f"k={size['width']} l={size['layers']}, {octaves}: {reached}")
     if "validation_rmse" in info:
+        if "networks" in info:
+            print(f"{scene}: {info['networks']} networks in {' x '.join(map(str, info['cells']))} cells")
         print(f"{scene}: validation RMSE {info['validation_rmse']:.4f}, {seconds:.1f} s")
     else:
         if "texels" in info:

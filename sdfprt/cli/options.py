@@ -177,6 +177,9 @@ TextureSets = Annotated[Sets | None, typer.Option("--sets", help="Textures: one,
 SamplingName = Annotated[
     Sampling, typer.Option("--sampling", help="How directions are chosen; stratified: as the tutorial has it.")
 ]
+CellCount = Annotated[
+    str, typer.Option("--cells", metavar="auto|N", help="Cells that a mesh is cut into, with a network each; auto: one for most.")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 Suns = Annotated[
@@ -345,6 +348,7 @@ class Weights:
     transfer: Visibility = Transfer.shadowed
     resolution: Resolution = None
     sets: TextureSets = None
+    cells: CellCount = "auto"
 
     def read(self, scene: "AnyScene", light: "Light | None" = None) -> Any:
         """The asset; `light` is that of the picture, which interreflections in textures have inside."""
@@ -355,12 +359,13 @@ class Weights:
 
         if self.asset is None:
             width = settings.Network.width if self.width is None else self.width
-            own = {"storage": (self.storage or Storage.network).value, "bounces": self.bounces}
+            own = {"storage": (self.storage or Storage.network).value, "bounces": self.bounces, "cells": self.cells}
             own |= of_textures(self.storage, self.resolution, self.sets)
             if self.storage is Storage.texture and self.bounces:
                 own |= {"light": light}
             return bake(scene, width=width, shadowed=self.transfer is Transfer.shadowed, **own)
         given = {"width": self.width, "storage": self.storage, "bounces": self.bounces or None}
+        given["cells"] = None if self.cells == "auto" else self.cells
         for flag, value in (given | {"resolution": self.resolution, "sets": self.sets}).items():
             if value is not None:
                 raise SdfprtError(f"--{flag} {value}: what --asset {self.asset} holds has its own; give one of the two")

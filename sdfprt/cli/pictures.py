@@ -12,6 +12,7 @@ from sdfprt.cli.options import (
     Albedo,
     Backend,
     Background,
+    CellCount,
     Cluster,
     GlossName,
     Joining,
@@ -101,6 +102,7 @@ def render_set(
     asset: Annotated[list[Path] | None, typer.Option(help="Baked .safetensors files, found by their scene.")] = None,
     width: Annotated[int, typer.Option("--width", help="Neurons a layer, without an --asset.")] = settings.Network.width,
     cluster: Cluster = None,
+    cells: CellCount = "auto",
     suns: Suns = settings.Render.suns,
     gloss: GlossName = None,
 ) -> None:
@@ -130,6 +132,7 @@ def render_set(
         width=width,
         assets=[Asset.load(path) for path in asset or ()],
         cluster=cluster,
+        cells=cells,
         suns=read_suns(suns),
         gloss=gloss.value if gloss else None,
     )

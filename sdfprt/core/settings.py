@@ -77,6 +77,21 @@ class Fit:
 
 
 @dataclass(frozen=True)
+class Cells:
+    band: float = 0.04  # half of the width of the blend of two networks about a cut, of a cell's side
+    overlap: float = 0.1  # how far the samples of a cell reach into its neighbours, of a cell's side
+    points: float = 0.25  # samples that each cell adds, of those of one network
+    steps: float = 0.5  # steps of a cell's fit, of those of one network
+    least: int = 2000  # samples of a network; with fewer it joins a neighbour
+    held_out: int = 32  # vertices in a cell that test its network; where there are fewer some of the samples do
+    auto: int = 16  # cells at most where nobody says how many
+    triangles: int = 50_000  # of a mesh for each cell then, at least
+    pilot: int = 8192  # samples that tell how many cells a mesh needs
+    pilot_rays: int = 256  # of such a sample
+    unresolved: float = 0.02  # variance of transfer that those samples leave unresolved for each cell, of the whole
+
+
+@dataclass(frozen=True)
 class Render:
     width: int = 512
     height: int = 512

@@ -26,6 +26,7 @@ from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
 from sdfprt.core.limits import check_memory
 from sdfprt.core.settings import Fit, Network
+from sdfprt.network.cells import CellNets
 from sdfprt.network.mlp import TransferNet, encode
 from sdfprt.network.optimizer import Descent, descend, matrices
 from sdfprt.network.stored import LAYERS, OCTAVES, WIDTHS
@@ -71,6 +72,7 @@ def fit_transfer(
     checkpoint: Path | None = None,
     target_psnr: float | None = None,
     device: str | None = None,
+    label: str = "",
 ) -> TransferNet:
     """Train a network on transfer (N, bands**2) at points with unit normals (learnt transfer, Sec. 3.2).
 
@@ -78,8 +80,8 @@ def fit_transfer(
     The error there is `info["validation_rmse"]` and `info["validation_psnr"]`; training ends early where the latter
     reaches `target_psnr`. `center` and `extent` map the scene into [-1, 1]^3; default: the box of the points.
     A `batch` beyond the samples is all of them, as `info["batch"]` then says. `checkpoint` names a file that is written every few
-    seconds; where it exists, training goes on from it to the result that an undisturbed run would have had. Raises SdfprtError for
-    samples that do not fit together or are not finite.
+    seconds; where it exists, training goes on from it to the result that an undisturbed run would have had. `label` names the
+    progress. Raises SdfprtError for samples that do not fit together or are not finite.
     """
     bands = _check(points, normals, transfer)
     check_memory(
@@ -127,7 +129,7 @@ def fit_transfer(
     slopes = 2 * to_scale.square() / batch
     with (
         descend(sizes, state["weights"], state["biases"], features, target, slopes) as descent,
-        progress.track(f"fit k={width}", steps) as advance,
+        progress.track(label or f"fit k={width}", steps) as advance,
     ):
         advance(start)
         for step, rows in zip(range(start, steps), _batches(len(x), batch, seed, start), strict=False):
@@ -153,7 +155,7 @@ def fit_bytes(bands: int, octaves: int = Network.position_frequencies + Network.
     return 4.0 * (2 * (6 + 6 * octaves) + 4 * bands**2 + 24)
 
 
-def measure(net: TransferNet, points: ndarray, normals: ndarray, transfer: ndarray) -> dict[str, float]:
+def measure(net: TransferNet | CellNets, points: ndarray, normals: ndarray, transfer: ndarray) -> dict[str, float]:
     """RMSE of the network over all coefficients, and its PSNR in dB with the largest T_0 as peak."""
     rmse = float(np.sqrt(np.mean((net.predict(points, normals) - transfer) ** 2)))
     return {"validation_rmse": rmse, "validation_psnr": 20 * math.log10(float(transfer[:, 0].max()) / max(rmse, 1e-12))}

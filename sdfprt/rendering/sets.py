@@ -83,16 +83,17 @@ def render_set(
     gloss: str | None = None,
     tonemap: str = settings.Render.tonemap,
     bloom: float = settings.Render.bloom,
+    cells: int | str = "auto",
 ) -> list[dict[str, Any]]:
     """Draw all combinations into `folder` and list them in its manifest.json; returns their entries.
 
     `views` cameras turn about each scene's own target, the first is the scene's own; `cameras`, where given, take their place. A
-    material of None is the scene's own. Scenes without an asset of theirs in `assets` use the shipped or cached one, or are baked.
-    `cluster`, a Dask scheduler's address, has its workers bake and draw: the same files to the bit. An entry: file, scene, light,
-    yaw (degrees), camera (eye, target, up, fov), material, size (W, H), samples, exposure (None for EXR), tonemap and bloom where
-    they are not the usual, suns and gloss as `render` takes them; scene_digest and light_digest, which differ where two scenes or
-    lights of one name do. Raises SdfprtError as `render` does, with what is finished kept, and for a manifest that is there but
-    cannot be read.
+    material of None is the scene's own. Scenes without an asset of theirs in `assets` use the shipped or cached one, or are
+    baked, in `cells` as `bake` has them. `cluster`, a Dask scheduler's address, has its workers bake and draw: the same files
+    to the bit. An entry: file, scene, light, yaw (degrees), camera (eye, target, up, fov), material, size (W, H), samples,
+    exposure (None for EXR), tonemap and bloom where they are not the usual, suns and gloss as `render` takes them; scene_digest
+    and light_digest, which differ where two scenes or lights of one name do. Raises SdfprtError as `render` does, with what is
+    finished kept, and for a manifest that is there but cannot be read.
     """
     folder = Path(folder)
     if kind not in KINDS:
@@ -111,7 +112,7 @@ def render_set(
     digests = [_light_digest(light) for light in environments]
     for scene in loaded:
         fitting = next((asset for asset in assets if asset.scene_hash == scene.hash), None)
-        net = (fitting or bake(scene, width=width, cluster=cluster)).net
+        net = (fitting or bake(scene, width=width, cluster=cluster, cells=cells)).net
         looks = cameras or trajectory(scene.camera, views)
         for camera, (light, digest), yaw, own in itertools.product(looks, zip(environments, digests, strict=True), yaws, chosen):
             eyes = {"background": kind == "png", "dering": kind == "png"}

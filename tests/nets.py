@@ -8,6 +8,7 @@ import numpy as np
 from sdfprt.network.cells import CellNets, Cells
 from sdfprt.network.mlp import TransferNet
 from sdfprt.sdf.scene import Scene
+from sdfprt.tables.volume import VolumeTable
 
 SPHERE_AND_BOX = """
 float box(vec3 p, vec3 b) { vec3 q = abs(p) - b; return length(max(q, 0.0)) + min(max(q.x, max(q.y, q.z)), 0.0); }
@@ -23,16 +24,19 @@ def scene() -> Scene:
 
 
 def random_net(width: int = 16, layers: int = 3, bands: int = 4, octaves: tuple[int, int] = (2, 1)) -> TransferNet:
-    """Not trained: its values vary over the surface, which is what a comparison of evaluators needs."""
+    """Not trained: its values vary over the surface, which is what a comparison of evaluators needs. Half floats hold it."""
     rng = np.random.default_rng(width + layers + bands)
     sizes = [6 + 6 * sum(octaves)] + [width] * (layers - 1) + [bands * bands]
-    weights = [
-        (rng.normal(0, (2 / i) ** 0.5, (o, i)).astype(np.float32), rng.normal(0, 0.1, o).astype(np.float32))
-        for i, o in itertools.pairwise(sizes)
-    ]
+    held = lambda values: values.astype(np.float16).astype(np.float32)  # noqa: E731
+    weights = [(held(rng.normal(0, (2 / i) ** 0.5, (o, i))), held(rng.normal(0, 0.1, o))) for i, o in itertools.pairwise(sizes)]
     scale = np.linspace(0.5, 1.5, bands * bands).astype(np.float32)
-    weights[-1][1][0] += 2.0  # mostly positive transfer in the constant band
+    weights[-1][1][0] = 2.0  # mostly positive transfer in the constant band
     return TransferNet(weights, scale, (0.0, 0.0, 0.0), 1.0, *octaves, bands)
+
+
+def random_volume(bands: int = 4) -> VolumeTable:
+    values = np.random.default_rng(bands).uniform(-1, 3, (3, 4, 5, bands * bands)).astype(np.float16)
+    return VolumeTable(values, (-1.0, -1.0, -1.0), 0.5, "none")
 
 
 def random_cells(width: int = 16, layers: int = 3, bands: int = 4) -> CellNets:

@@ -74,7 +74,7 @@ def bake(
     yaw: Yaw = 0.0,
     as_json: AsJson = False,
 ) -> None:
-    """Precompute transfer and fit the network, or fill a mesh's vertices or textures; resumes where an earlier call was stopped."""
+    """Precompute transfer: fit the network, or fill vertices, textures or a volume; goes on where an earlier call was stopped."""
     from sdfprt.baking.sdf import bake as run
 
     if storage is not None and storage is not Storage.network:

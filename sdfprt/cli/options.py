@@ -162,7 +162,7 @@ Cluster = Annotated[
     str | None, typer.Option("--cluster", metavar="ADDRESS", help="A Dask scheduler whose workers do it, such as tcp://host:8786.")
 ]
 Seed = Annotated[int, typer.Option("--seed", min=0, help="Of all that is drawn at random: the same seed, the same file.")]
-HeldBy = Annotated[Storage | None, typer.Option("--storage", help="What holds transfer; vertex, texture: of meshes.")]
+HeldBy = Annotated[Storage | None, typer.Option("--storage", help="What holds transfer; vertex and texture of meshes only.")]
 Bounces = Annotated[int, typer.Option("--bounces", min=0, help="Diffuse interreflections, in vertex and texture storage.")]
 Visibility = Annotated[Transfer, typer.Option("--transfer", help="unshadowed: in vertex and texture storage.")]
 Resolution = Annotated[

@@ -162,10 +162,16 @@ def light_compute(net: AnyNet, variant: Variant) -> str:
 def volume_compute(table: VolumeTable, variant: Variant) -> str:
     """The second pass where a volume holds transfer; the same for all volumes of its bands."""
     tau = [] if variant.fixed_light or variant.exact else [tau_text(table.bands, variant.light_bands, variant.result_bands)]
+    return "\n".join([VERSION, volume_defines(table, variant), *tau, join(VOLUME_LIGHT)])
+
+
+def volume_defines(table: VolumeTable, variant: Variant) -> str:
+    """What the pieces of that pass ask for: sizes, and the products of visibility with the cosine."""
     exact = ["#define EXACT_LIGHT"] if variant.exact else []
     sizes = {**_shading_sizes(table.bands, variant), "POINTS": 1, "GROUP": variant.group, "MOST_SUNS": settings.Suns.most}
-    product = products_text("cosine", cosine_product(table.bands))
-    return "\n".join([VERSION, *exact, *(f"#define {k} {v}" for k, v in sizes.items()), *tau, product, join(VOLUME_LIGHT)])
+    return "\n".join(
+        [*exact, *(f"#define {k} {v}" for k, v in sizes.items()), products_text("cosine", cosine_product(table.bands))]
+    )
 
 
 def volume_uniforms(table: VolumeTable) -> dict[str, Any]:

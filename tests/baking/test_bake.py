@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import soups
 from typer.testing import CliRunner
 
 import sdfprt
@@ -132,6 +133,24 @@ def test_a_target_finds_the_smallest_network(small):
     assert asset.net.info["validation_psnr"] >= 20
     weights = sum(w.size + b.size for w, b in asset.net.weights)
     assert weights == min(point["weights"] for point, good in zip(curve, reached, strict=True) if good)
+
+
+def test_a_target_finds_the_smallest_network_of_a_mesh(monkeypatch):
+    """Vertices are its held-out points, and its own camera turns for the views."""
+    monkeypatch.setattr(search, "SIZES", (Size(8, 2), Size(16, 3), Size(32, 3)))
+    monkeypatch.setattr(settings.Exact, "rays", 256)
+    monkeypatch.setattr(settings.Fit, "held_out", 512)
+    monkeypatch.setattr(settings.Fit, "held_out_rays", 256)
+    made = soups.scene(soups.ball(0.5, (0, 0.5, 0), 3), soups.square(1.0, 0.0, 24))
+    asset = sdfprt.bake(made, points=4000, rays=32, steps=300, target_psnr=21.0)
+    curve = asset.info["curve"]
+    reached = [min(point["validation_psnr"], point["view_psnr"]) >= 21 for point in curve]
+    first = reached.index(True)
+    assert [point["width"] for point in curve[: first + 1]] == [8, 16, 32][: first + 1] and first >= 1
+    assert asset.info["target_reached"] and sdfprt.Asset.load(asset.path, made).info["curve"] == curve
+    truth = sdfprt.compute_transfer(made, made.vertices, made.normals, rays=256)
+    error = np.mean((asset.net.predict(made.vertices, made.normals) - truth) ** 2)
+    assert 10 * np.log10(truth[:, 0].max() ** 2 / error) > 19  # the same points, other rays and all of them
 
 
 def test_the_curve_tells_how_the_network_looks_from_views_it_was_not_fitted_to(small, monkeypatch):

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from sdfprt.imaging import image, metrics
     from sdfprt.imaging.camera import Camera
     from sdfprt.light.light import Light
-    from sdfprt.material.lobes import Diffuse, DiffusePhong, Phong
+    from sdfprt.material.lobes import Diffuse, DiffusePhong, DiffuseReflection, Phong, Reflection
     from sdfprt.maths import sh
     from sdfprt.network.fit import fit_transfer
     from sdfprt.network.mlp import TransferNet
@@ -32,9 +32,11 @@ __all__ = [
     "Camera",
     "Diffuse",
     "DiffusePhong",
+    "DiffuseReflection",
     "GlslError",
     "Light",
     "Phong",
+    "Reflection",
     "Scene",
     "SdfprtError",
     "TransferNet",
@@ -58,9 +60,11 @@ _HOME = {
     "Camera": "imaging.camera",
     "Diffuse": "material.lobes",
     "DiffusePhong": "material.lobes",
+    "DiffuseReflection": "material.lobes",
     "GlslError": "core.errors",
     "Light": "light.light",
     "Phong": "material.lobes",
+    "Reflection": "material.lobes",
     "Scene": "sdf.scene",
     "SdfprtError": "core.errors",
     "TransferNet": "network.mlp",

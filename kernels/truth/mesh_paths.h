@@ -24,6 +24,16 @@ struct Surface : Simd {
     const F zero = Simd::splat(0.0f), one = Simd::splat(1.0f);
     const float* row = hits.data + 16 * item;
     float sum[3] = {0.0f, 0.0f, 0.0f}, square[3] = {0.0f, 0.0f, 0.0f};
+    // Reflection mapping of what the camera sees: the light from the mirrored view, unoccluded
+    float mirror[3] = {0.0f, 0.0f, 0.0f};
+    const float* shine = numbers.data + 16;
+    if (row[11] < 1e29f && shine[0] + shine[1] + shine[2] > 0.0f) {
+        const float wn = -(row[3] * row[9] + row[4] * row[10] + row[5] * row[11]);
+        F r[3], pdf;
+        light.evaluate(Simd::splat(2.0f * wn * row[3] + row[9]), Simd::splat(2.0f * wn * row[4] + row[10]),
+                       Simd::splat(2.0f * wn * row[5] + row[11]), r[0], r[1], r[2], pdf);
+        for (int c = 0; c < 3; c++) mirror[c] = shine[c] * Simd::lane(r[c], 0);
+    }
     for (int packet = 0; packet < packets && row[11] < 1e29f; packet++) {
         const unsigned key = (unsigned)(start + item) * 0x9e3779b9u + (unsigned)packet;
         const U state = Random::hash(Random::hash(Simd::splat(key)) ^ Random::hash(Simd::splat((unsigned)seed * 0x85ebca6bu + 1u)));
@@ -106,7 +116,7 @@ struct Surface : Simd {
         for (int c = 0; c < 3; c++) {
             float mean = 0.0f;
             for (int k = 0; k < SDFPRT_LANES; k++) mean += Simd::lane(radiance[c], k);
-            mean /= (float)SDFPRT_LANES;
+            mean = mean / (float)SDFPRT_LANES + mirror[c];
             sum[c] += mean, square[c] += mean * mean;
         }
     }

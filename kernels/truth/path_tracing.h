@@ -197,6 +197,17 @@ struct Paths : Simd {
         Simd::spill(point[0], ex + t * vx), Simd::spill(point[1], ey + t * vy), Simd::spill(point[2], ez + t * vz);
         Simd::spill(normal[0], nx), Simd::spill(normal[1], ny), Simd::spill(normal[2], nz);
     }
+    // Reflection mapping of what the camera sees: the light from the mirrored view, unoccluded
+    float mirror[3][SDFPRT_LANES];
+    for (int c = 0; c < 3; c++) Simd::spill(mirror[c], zero);
+    const float* shine = numbers.data + 28;
+    if (Simd::any(met) && shine[0] + shine[1] + shine[2] > 0.0f) {
+        const F nx = Simd::fill(normal[0]), ny = Simd::fill(normal[1]), nz = Simd::fill(normal[2]);
+        const F wn = -(nx * vx + ny * vy + nz * vz);
+        F r[3], pdf;
+        light.evaluate(2.0f * wn * nx + vx, 2.0f * wn * ny + vy, 2.0f * wn * nz + vz, r[0], r[1], r[2], pdf);
+        for (int c = 0; c < 3; c++) Simd::spill(mirror[c], shine[c] * r[c]);
+    }
     Balls balls[SDFPRT_LANES];
     float sum[3][SDFPRT_LANES], square[3][SDFPRT_LANES];
     for (int g = 0; g < members; g++) {
@@ -311,7 +322,7 @@ struct Paths : Simd {
             for (int c = 0; c < 3; c++) {
                 float mean = 0.0f;
                 for (int k = 0; k < SDFPRT_LANES; k++) mean += paths.radiance[c][first + k];
-                mean /= (float)SDFPRT_LANES;
+                mean = mean / (float)SDFPRT_LANES + mirror[c][g];
                 sum[c][g] += mean, square[c][g] += mean * mean;
             }
         }

@@ -98,6 +98,8 @@ def bake(
     if bounces or not shadowed:
         raise SdfprtError(f"a {storage} holds shadowed transfer without bounces; for others use storage vertex")
     if storage == "volume":
+        if stages.marked(sampling):
+            raise SdfprtError(f"sampling {sampling}: volume storage has directions of its own; leave it out")
         table = bake_volume(scene, bands or settings.Transfer.bands, rays, seed, resolution, fresh)
         trim_work(KEEP)
         return table

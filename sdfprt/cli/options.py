@@ -157,7 +157,9 @@ LightLayout = Annotated[
 ]
 Yaw = Annotated[float, typer.Option("--yaw", help="Turn the light about +y, degrees.")]
 Albedo = Annotated[str | None, typer.Option("--albedo", metavar="R,G,B", help="Diffuse reflectance.")]
-Specular = Annotated[str | None, typer.Option("--specular", metavar="R,G,B", help="Phong reflectance.")]
+Specular = Annotated[
+    str | None, typer.Option("--specular", metavar="R,G,B", help="Reflectance of the Phong lobe, or of reflection.")
+]
 Cluster = Annotated[
     str | None, typer.Option("--cluster", metavar="ADDRESS", help="A Dask scheduler whose workers do it, such as tcp://host:8786.")
 ]
@@ -248,7 +250,10 @@ class Look:
     light_layout: LightLayout = Layout.auto
     yaw: Yaw = 0.0
     material: Annotated[
-        str | None, typer.Option("--material", help="diffuse, phong:S or diffuse+phong:S; default: the scene's own.")
+        str | None,
+        typer.Option(
+            "--material", help="diffuse, phong:S, diffuse+phong:S, reflection, diffuse+reflection; default: the scene's own."
+        ),
     ] = None
     albedo: Albedo = None
     specular: Specular = None

@@ -26,7 +26,8 @@ from sdfprt.light import prefiltered
 from sdfprt.light.light import Light, lights
 from sdfprt.light.prepared import prepare
 from sdfprt.material import shading
-from sdfprt.material.lobes import Diffuse, DiffusePhong, Material, parts
+from sdfprt.material.lobes import Diffuse, DiffusePhong, Material, parts, reflects
+from sdfprt.material.lobes import name as material_name
 from sdfprt.maths import sh
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering.frame import one_network_of
@@ -64,6 +65,12 @@ _LEVELS = 9  # exponents 1, 2, 4 … of a page whose scene gives the exponent
 _TOY_BANDS = 8  # of light and of what is reflected, in Shadertoy
 
 
+def refuse_reflection(material: Material, where: str) -> None:
+    """Raises SdfprtError for a material with reflection mapping, which `render` and `reference` have."""
+    if reflects(material):
+        raise SdfprtError(f"material {material_name(material)}: {where} has no reflection mapping; give phong:S or diffuse+phong:S")
+
+
 @checked(yaw=(-1e6, 1e6), size=SIZES, samples=SAMPLES, exposure=(1e-6, 1e6))
 def export_html(
     scene: Scene,
@@ -90,6 +97,7 @@ def export_html(
     net = one_network_of(asset, scene, "a page")
     shot = compose(scene, material, camera, size, samples, background, dering=dering, suns=suns, gloss=gloss)
     material, camera, lighting = shot.material, shot.camera, shot.lighting
+    refuse_reflection(material, "a page")
     source, variants = es_source(scene), {}
     for lobes in (1, 2, 3):
         variants[lobes] = page_fragment(scene, net, Variant(lobes, net.bands, net.bands, exact=lighting.exact), source=source)
@@ -160,6 +168,7 @@ def export_shadertoy(
         raise SdfprtError(f"{scene.file}: reads the texture {names}, and Shadertoy takes none of ours; --html does")
     net = one_network_of(asset, scene, "Shadertoy")
     material, camera = material or scene.material, camera or scene.camera
+    refuse_reflection(material, "Shadertoy")
     bands = net.bands if gloss == "sh" else _TOY_BANDS
     discs, rest = light.without_suns(Lighting(suns=suns).most_suns)
     rest = rest if len(discs) else light

@@ -13,7 +13,7 @@ import numpy as np
 from sdfprt.baking.asset import Asset
 from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
-from sdfprt.export.page import page_fragment
+from sdfprt.export.page import page_fragment, refuse_reflection
 from sdfprt.imaging.camera import Camera
 from sdfprt.imaging.shot import Lighting
 from sdfprt.light.light import Light, lights
@@ -100,7 +100,7 @@ def _next(material: Material) -> Material:
 
 
 def _shinier(material: Material, factor: float) -> Material:
-    if isinstance(material, Diffuse):
+    if not isinstance(material, (Phong, DiffusePhong)):
         return material
     return replace(material, exponent=min(max(material.exponent * factor, 1.0), 1024.0))
 
@@ -186,6 +186,7 @@ def view(
     Raises SdfprtError without a display, without the `glfw` package and without OpenGL 4.3.
     """
     lighting = Lighting(suns=suns, gloss=gloss)
+    refuse_reflection(material or scene.material, "the window")
     glfw = need_display(scene)
     choices = [light, *(Light.load(name) for name in lights() if name != light.name)]
     start = Look(camera or scene.camera, material or scene.material, 0, yaw, exposure)

@@ -11,19 +11,23 @@ from sdfprt.imaging.shot import Lighting
 from sdfprt.light import prefiltered
 from sdfprt.light.light import Light
 from sdfprt.light.suns import Suns
-from sdfprt.material.lobes import Material, Phong
-from sdfprt.material.shading import ExactLight
+from sdfprt.material.lobes import Material, Phong, reflects
+from sdfprt.material.shading import Environment, ExactLight
 from sdfprt.maths import sh
 
 
 @dataclass(frozen=True, eq=False)
 class PreparedLight:
-    """`suns` in world directions; of the rest SH `coefficients` in the world, `dering` the strength of their window, maps."""
+    """`suns` in world directions; of the rest SH `coefficients` in the world, `dering` the strength of their window, maps.
+
+    `environment` is the light whole, where the material reflects it.
+    """
 
     suns: Suns
     coefficients: Float[ndarray, "k 3"]
     dering: float
     exact: ExactLight | None
+    environment: Environment | None = None
 
 
 def prepare(light: Light, lighting: Lighting, material: Material, bands: int, varying: bool = False) -> PreparedLight:
@@ -36,7 +40,9 @@ def prepare(light: Light, lighting: Lighting, material: Material, bands: int, va
         rest = light
     of_light = lighting.light_bands or bands
     coefficients, strength = rest.sh_dered(of_light) if lighting.dering else (rest.sh(of_light), 0.0)
-    return PreparedLight(suns, coefficients, strength, _exact(rest, material, bands, varying) if lighting.exact else None)
+    exact = _exact(rest, material, bands, varying) if lighting.exact else None
+    whole = Environment(light.pixels, light.rotation) if reflects(material) else None
+    return PreparedLight(suns, coefficients, strength, exact, whole)
 
 
 def _exact(light: Light, material: Material, bands: int, varying: bool) -> ExactLight:

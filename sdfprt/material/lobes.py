@@ -24,7 +24,7 @@ class Diffuse:
         check_fields(self, albedo=(0, 1e6))
 
     @property
-    def lobes(self) -> tuple["Diffuse | Phong", ...]:
+    def lobes(self) -> tuple["Lobe", ...]:
         return (self,)
 
     def evaluate(self, normals: ndarray, incoming: ndarray, outgoing: ndarray) -> Float[ndarray, "n 3"]:
@@ -43,7 +43,7 @@ class Phong:
         check_fields(self, exponent=(0, 10_000), specular=(0, 1e6))
 
     @property
-    def lobes(self) -> tuple["Diffuse | Phong", ...]:
+    def lobes(self) -> tuple["Lobe", ...]:
         return (self,)
 
     def zonal(self, bands: int) -> Float[ndarray, "bands"]:
@@ -58,6 +58,48 @@ class Phong:
 
 
 @dataclass(frozen=True)
+class Reflection:
+    """Reflection mapping (Blinn and Newell 1976): specular times the light from the mirrored view, whatever stands in its way.
+
+    Its picture is that of a mirror that sees nothing but the environment, suns included. No shadow falls into it, and it sends
+    nothing to other surfaces: paths and interreflections have the other lobe alone (Gentle Introduction to PRT, 7).
+    """
+
+    specular: Colour = settings.Material.specular
+
+    def __post_init__(self) -> None:
+        check_fields(self, specular=(0, 1e6))
+
+    @property
+    def lobes(self) -> tuple["Lobe", ...]:
+        return (self,)
+
+
+def _left_by(albedo: Colour) -> Colour:
+    """What an albedo leaves to the other lobe."""
+    red, green, blue = (float(np.clip(1 - value, 0, 1)) for value in albedo)
+    return red, green, blue
+
+
+@dataclass(frozen=True)
+class DiffuseReflection:
+    """The tutorial's "PRT diffuse colour + specular factor x specular colour"; without `specular` it is what the albedo leaves."""
+
+    albedo: Colour = settings.Material.albedo
+    specular: Colour = None  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        check_fields(self, albedo=(0, 1e6))
+        if self.specular is None:
+            object.__setattr__(self, "specular", _left_by(self.albedo))
+        check_fields(self, specular=(0, 1e6))
+
+    @property
+    def lobes(self) -> tuple["Lobe", ...]:
+        return Diffuse(self.albedo), Reflection(self.specular)
+
+
+@dataclass(frozen=True)
 class DiffusePhong:
     """The sum of the two lobes; without `specular` it is what the albedo leaves, so that no more light goes than comes."""
 
@@ -68,27 +110,35 @@ class DiffusePhong:
     def __post_init__(self) -> None:
         check_fields(self, albedo=(0, 1e6), exponent=(0, 10_000))
         if self.specular is None:
-            rest = tuple(float(np.clip(1 - value, 0, 1)) for value in self.albedo)
-            object.__setattr__(self, "specular", rest)
+            object.__setattr__(self, "specular", _left_by(self.albedo))
         check_fields(self, specular=(0, 1e6))
 
     @property
-    def lobes(self) -> tuple[Diffuse | Phong, ...]:
+    def lobes(self) -> tuple["Lobe", ...]:
         return Diffuse(self.albedo), Phong(self.exponent, self.specular)
 
 
-Material = Diffuse | Phong | DiffusePhong
+Lobe = Diffuse | Phong | Reflection
+Material = Lobe | DiffusePhong | DiffuseReflection
+KINDS = "diffuse, phong:S, diffuse+phong:S, reflection or diffuse+reflection"
 
 
 @checked(albedo=(0, 1e6), specular=(0, 1e6))
 def parse(text: str, albedo: Colour | None = None, specular: Colour | None = None) -> Material:
-    """`diffuse`, `phong:32` or `diffuse+phong:32` with the given colours. Raises SdfprtError for anything else."""
+    """`diffuse`, `phong:32`, `diffuse+phong:32`, `reflection` or `diffuse+reflection` with the given colours.
+
+    Raises SdfprtError for anything else.
+    """
     parts = text.lower().replace(" ", "").split("+")
     base = albedo or settings.Material.albedo
     shine = specular or settings.Material.specular
     try:
         if parts == ["diffuse"]:
             return Diffuse(base)
+        if parts == ["reflection"]:
+            return Reflection(shine)
+        if parts == ["diffuse", "reflection"]:
+            return DiffuseReflection(base) if specular is None else DiffuseReflection(base, specular)
         name, _, exponent = parts[-1].partition(":")
         s = float(exponent) if exponent else settings.Material.exponent
         if name == "phong" and len(parts) == 1:
@@ -97,7 +147,7 @@ def parse(text: str, albedo: Colour | None = None, specular: Colour | None = Non
             return DiffusePhong(base, s) if specular is None else DiffusePhong(base, s, specular)
     except ValueError:
         pass
-    raise SdfprtError(f"material {text}: expected diffuse, phong:S or diffuse+phong:S, such as phong:32")
+    raise SdfprtError(f"material {text}: expected {KINDS}, such as phong:32")
 
 
 def excess(material: Material) -> float:
@@ -107,8 +157,15 @@ def excess(material: Material) -> float:
 
 
 def name(material: Material) -> str:
-    """As `parse` reads it, without colours: diffuse, phong:32, diffuse+phong:32."""
-    return "+".join("diffuse" if isinstance(lobe, Diffuse) else f"phong:{lobe.exponent:g}" for lobe in material.lobes)
+    """As `parse` reads it, without colours: diffuse, phong:32, diffuse+phong:32, reflection, diffuse+reflection."""
+    return "+".join(
+        f"phong:{lobe.exponent:g}" if isinstance(lobe, Phong) else type(lobe).__name__.lower() for lobe in material.lobes
+    )
+
+
+def reflects(material: Material) -> bool:
+    """Whether reflection mapping is part of it."""
+    return any(isinstance(lobe, Reflection) for lobe in material.lobes)
 
 
 def parts(material: Material) -> dict:

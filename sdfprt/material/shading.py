@@ -15,7 +15,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from sdfprt.core.errors import SdfprtError
-from sdfprt.material.lobes import Diffuse, Material
+from sdfprt.material.lobes import Diffuse, Material, Reflection
 from sdfprt.maths import sh
 
 OPEN = np.pi * 0.5 / np.sqrt(np.pi)  # T_0 under an open sky
@@ -35,6 +35,14 @@ class ExactLight:
     open_light: Float[ndarray, "rows columns 3"]
     gloss: Float[ndarray, "levels h w k 3"] | None
     varying: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Environment:
+    """The light whole, for reflection mapping: lat-long radiance, world direction = rotation @ direction in the map."""
+
+    pixels: Float[ndarray, "h w 3"]
+    rotation: Float[ndarray, "3 3"]
 
 
 def diffuse_vector(light: Float[ndarray, "j 3"], transfer_bands: int) -> Float[ndarray, "i 3"]:
@@ -112,6 +120,22 @@ def _exact_gloss(transfer: Any, mirrored: Any, exact: ExactLight, exponent: Any,
     return xp.concatenate(out) if out else beside(np.zeros((0, 3)))
 
 
+def _mirrored(environment: Environment | None, mirrored: Float[Any, "n 3"], beside: Any) -> Float[Any, "n 3"]:
+    """The light from the mirrored view."""
+    if environment is None:
+        raise SdfprtError("the light was prepared for a material without reflection")
+    return _lookup(beside(environment.pixels), mirrored @ beside(environment.rotation))
+
+
+def reflection(
+    material: Material, normals: Float[ndarray, "n 3"], outgoing: Float[ndarray, "n 3"], environment: Environment
+) -> Float[ndarray, "n 3"]:
+    """Reflection mapping alone: specular times the light from the mirrored view; zeros for a material without it."""
+    mirrored = 2 * (normals * outgoing).sum(1)[:, None] * normals - outgoing
+    colour = sum((np.asarray(lobe.specular) for lobe in material.lobes if isinstance(lobe, Reflection)), np.zeros(3))
+    return colour * _mirrored(environment, mirrored, lambda values: np.asarray(values, float)) if colour.any() else 0 * mirrored
+
+
 def shade(
     transfer: Float[Any, "n i"],
     normals: Float[Any, "n 3"],
@@ -123,11 +147,13 @@ def shade(
     exponent: Float[Any, "n"] | None = None,
     exact: ExactLight | None = None,
     sunlight: tuple[Float[Any, "n 3"], Float[Any, "n 3"]] | None = None,
+    environment: Environment | None = None,
 ) -> Float[Any, "n 3"]:
     """Radiance along `outgoing` (unit, from the surface to the eye), never below 0.
 
     Colours a point where given, else the material's. `exact` takes the place of the SH of light and lobe, `sunlight` are the sums
-    over the light's discs for a white diffuse surface and for a white lobe. All of numpy (the result in double precision), or all
+    over the light's discs for a white diffuse surface and for a white lobe, `environment` is what reflection mapping shows, which
+    has no part in either. All of numpy (the result in double precision), or all
     of torch.
     """
     xp = sh.module_of(transfer)
@@ -151,6 +177,9 @@ def shade(
             continue
         mirrored = 2 * (normals * outgoing).sum(1)[:, None] * normals - outgoing
         mirrored = mirrored / ((mirrored * mirrored).sum(1) ** 0.5)[:, None]
+        if isinstance(lobe, Reflection):
+            direct += beside(lobe.specular) * _mirrored(environment, mirrored, beside)
+            continue
         s = lobe.exponent if exponent is None else exponent
         if exact is not None:
             reflected = _exact_gloss(transfer, mirrored, exact, s, beside)
@@ -180,6 +209,8 @@ def shade_sent(
         if isinstance(lobe, Diffuse):
             total += (np.asarray(lobe.albedo) if albedo is None else albedo) * sent[:, :, 0] * (2 / np.sqrt(np.pi))
             continue
+        if isinstance(lobe, Reflection):
+            continue  # shows the environment alone
         mirrored = 2 * (normals * outgoing).sum(1)[:, None] * normals - outgoing
         mirrored = mirrored / np.linalg.norm(mirrored, axis=1, keepdims=True)
         factors = lobe_factors(lobe.exponent if exponent is None else exponent, results)[..., sh.band_of(results)]

@@ -9,14 +9,15 @@ from numpy import ndarray
 from sdfprt.core.opengl import context, read
 from sdfprt.imaging.shot import Shot
 from sdfprt.light.light import Light
+from sdfprt.material.lobes import reflects
 from sdfprt.mesh import rays
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.rendering.frame import checked, tiles
 from sdfprt.rendering.pieces import BACKGROUND
 from sdfprt.rendering.programs import programs
 from sdfprt.rendering.targets import Target, environment_texture
-from sdfprt.rendering.uniforms import set_camera, set_uniforms
-from sdfprt.rendering.units import SAMPLERS, Unit
+from sdfprt.rendering.uniforms import set_camera, set_environment
+from sdfprt.rendering.units import Unit
 
 Tile = tuple[int, int, int, int]
 
@@ -24,21 +25,24 @@ Tile = tuple[int, int, int, int]
 def drawn(scene: MeshScene, light: Light, shot: Shot, lit: Callable[[Target, Tile], None]) -> Float[ndarray, "h w 4"]:
     """The picture's radiance and alpha; `lit` draws one tile of samples to its target, whose depths are cleared.
 
+    The light is in its unit where the material reflects it.
+
     For functions that are `in_render_thread`. Raises SdfprtError where the picture is not finite.
     """
     behind = programs().fixed_program(BACKGROUND) if shot.background else None
-    environment = environment_texture(context(), light) if shot.background else None
+    environment = environment_texture(context(), light) if shot.background or reflects(shot.material) else None
     if behind is not None:
-        set_uniforms(behind.program, toMap=light.rotation, environment=SAMPLERS["environment"])
+        set_environment(behind.program, light)
     pixels = np.zeros((shot.size[1], shot.size[0], 4), np.float32)
     samples = shot.samples
     try:
         for tile in tiles(shot.size, samples):
             target = programs().target(tile[2:])
             target.light.clear()
-            if behind is not None and environment is not None:
-                target.light.use()
+            if environment is not None:
                 environment.use(Unit.ENVIRONMENT)
+            if behind is not None:
+                target.light.use()
                 set_camera(behind.program, shot.camera, (*tile[:2], *shot.fine))
                 behind.draw()
             target.closed.clear(depth=1.0)

@@ -24,7 +24,7 @@ from sdfprt.rendering.mesh_surface import raster_tile
 from sdfprt.rendering.pieces import BACKGROUND, FREE, GRAIN, sun_uniforms
 from sdfprt.rendering.programs import on_cpu, programs
 from sdfprt.rendering.targets import Target, environment_texture
-from sdfprt.rendering.uniforms import set_camera, set_exact, set_light, set_material, set_uniforms
+from sdfprt.rendering.uniforms import set_camera, set_environment, set_exact, set_light, set_material, set_uniforms
 from sdfprt.rendering.units import SAMPLERS, Unit
 from sdfprt.sdf.kinds import AnyScene
 from sdfprt.tables.texture import TextureTable
@@ -185,22 +185,26 @@ def lit_tiles(
     if lit.exact is not None:
         set_exact(lighting, lit.exact)
     set_material(lighting, scene, shot.material)
-    set_uniforms(lighting, ("eye",), eye=tuple(shot.camera.eye), sunlit=len(lit.suns) > 0)
+    set_uniforms(lighting, ("eye", "sunlit"), eye=tuple(shot.camera.eye), sunlit=len(lit.suns) > 0)
     behind = programs().fixed_program(BACKGROUND) if shot.background else None
-    if behind is not None:
+    environment = None
+    if behind is not None or lit.environment is not None:
         environment = environment_texture(context(), light)
         held.append(environment)
-        # Rows written as columns: the transpose is the inverse
-        set_uniforms(behind.program, toMap=light.rotation, environment=SAMPLERS["environment"])
+    if lit.environment is not None:
+        set_environment(lighting, light)
+    if behind is not None:
+        set_environment(behind.program, light)
 
     # Trace, fill with what is behind, light what was hit
     try:
         for tile in tiles(shot.size, shot.samples):
             target = trace_tile(scene, shot.camera, tile, shot.fine)
             target.light.clear()
+            if environment is not None:
+                environment.use(Unit.ENVIRONMENT)
             if behind is not None:
                 target.light.use()
-                environment.use(Unit.ENVIRONMENT)
                 set_camera(behind.program, shot.camera, (*tile[:2], *shot.fine))
                 behind.draw()
             textures, units = [*target.seen], [Unit.POINT, Unit.NORMAL, Unit.COLOUR]

@@ -8,7 +8,7 @@ import numpy as np
 
 from sdfprt.core.opengl import context
 from sdfprt.imaging.camera import Camera
-from sdfprt.material.lobes import Diffuse, Material, Phong, parts
+from sdfprt.material.lobes import Diffuse, Material, Phong, Reflection, parts
 from sdfprt.mesh.parts import Colour
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.rendering.pieces import LIST, MESH_DEPTH, MESH_SURFACE
@@ -123,7 +123,7 @@ def look_of(scene: MeshScene, material: Material) -> tuple[Colour, float | None,
     """
     albedo = parts(scene.material if scene.has_albedo else material).get("albedo", Diffuse().albedo)
     exponent = parts(scene.material if scene.has_exponent else material).get("exponent")
-    glossy = next((lobe for lobe in material.lobes if isinstance(lobe, Phong)), None)
+    glossy = next((lobe for lobe in material.lobes if isinstance(lobe, (Phong, Reflection))), None)
     return albedo, exponent, glossy.specular if glossy else (0.0, 0.0, 0.0)
 
 

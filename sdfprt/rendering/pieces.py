@@ -17,7 +17,7 @@ from sdfprt.glsl.parts import KINDS
 from sdfprt.glsl.scanner import Block, declarations, macros, without_comments
 from sdfprt.glsl.text import blocks, fours, number, vector
 from sdfprt.light.suns import Suns
-from sdfprt.material.lobes import Diffuse, Material, parts
+from sdfprt.material.lobes import Diffuse, Material, Phong, Reflection, parts
 from sdfprt.material.shading import ExactLight
 from sdfprt.maths import sh
 from sdfprt.network.cells import AnyNet, CellNets, networks
@@ -27,16 +27,16 @@ from sdfprt.tables.volume import LIFT, VolumeTable, cosine_product
 
 VERSION = "#version 430"
 SURFACE = ("camera", "trace", "normal", "surface")
-LIGHT = ("network", "sh", "latlong", "shade", "light")
+LIGHT = ("network", "sh", "latlong", "reflection", "shade", "light")
 VOLUME_LIGHT = ("volume", *LIGHT[1:])
 SUNLIGHT = ("trace", "suns", "sunlight")
 FREE = ("free",)
 LIST = ("list",)
 MESH_VERTEX = ("pinhole", "mesh_vertex")
-GOURAUD_VERTEX = ("pinhole", "sh", "latlong", "shade", "gouraud_vertex")
-GOURAUD = ("gouraud",)
+GOURAUD_VERTEX = ("pinhole", "sh", "latlong", "reflection", "shade", "gouraud_vertex")
+GOURAUD = ("latlong", "reflection", "gouraud")
 TEXTURED_VERTEX = ("pinhole", "textured_vertex")
-TEXTURED = ("sh", "latlong", "shade", "textured")
+TEXTURED = ("sh", "latlong", "reflection", "shade", "textured")
 MESH_DEPTH = ("mesh_depth",)
 MESH_SURFACE = ("mesh_surface",)
 BACKGROUND = ("camera", "latlong", "background")
@@ -48,7 +48,7 @@ _TEXELS = 1024  # in a row of the texture of weights
 class Variant:
     """What makes another lighting program: lobes, bands, fixed light (TPFL) or the whole triple product (TP)."""
 
-    lobes: int  # 1 diffuse, 2 Phong, 3 both
+    lobes: int  # 1 diffuse, 2 Phong, 4 reflection mapping, and sums of them
     light_bands: int = 4
     result_bands: int = 4
     fixed_light: bool = True
@@ -59,7 +59,7 @@ class Variant:
 
 
 def lobes_of(material: Material) -> int:
-    return sum(1 if isinstance(lobe, Diffuse) else 2 for lobe in material.lobes)
+    return sum({Diffuse: 1, Phong: 2, Reflection: 4}[type(lobe)] for lobe in material.lobes)
 
 
 @functools.cache
@@ -192,7 +192,7 @@ def volume_slabs(table: VolumeTable) -> np.ndarray:
 
 
 def lit_stage(pieces: tuple[str, ...], bands: int, variant: Variant) -> str:
-    """A stage of a table's program that joins light with transfer: GOURAUD_VERTEX or TEXTURED."""
+    """A stage of a table's program that joins light with transfer: GOURAUD_VERTEX, GOURAUD or TEXTURED."""
     exact = ["#define EXACT_LIGHT"] if variant.exact else []
     tau = [] if variant.fixed_light or variant.exact else [tau_text(bands, variant.light_bands, variant.result_bands)]
     sizes = [f"#define {name} {value}" for name, value in _shading_sizes(bands, variant).items()]

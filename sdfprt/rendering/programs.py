@@ -159,7 +159,7 @@ class Programs:
         def compiled() -> moderngl.Program:
             with _placed(GOURAUD_VERTEX, "gouraud"):
                 vertices = lit_stage(GOURAUD_VERTEX, bands, variant)
-                return context().program(vertex_shader=vertices, fragment_shader=fixed_fragment(GOURAUD))
+                return context().program(vertex_shader=vertices, fragment_shader=lit_stage(GOURAUD, bands, variant))
 
         return self.mesh_programs.get(("gouraud", str(bands), str(variant)), compiled)
 

@@ -29,7 +29,7 @@ from sdfprt.imaging import image, tone
 from sdfprt.imaging.camera import Camera, trajectory
 from sdfprt.imaging.shot import SAMPLES, SIZES, Shot, compose
 from sdfprt.light.light import Light
-from sdfprt.material.lobes import Material, parts
+from sdfprt.material.lobes import Material, parts, reflects
 from sdfprt.material.lobes import name as material_name
 from sdfprt.material.lobes import parse as parse_material
 from sdfprt.network.cells import AnyNet
@@ -207,7 +207,7 @@ def _entry(job: Job, yaw: float, light: str) -> dict[str, Any]:
 
 def _light_in_brief(job: Job) -> Job:
     """For the wire: a picture in spherical harmonics alone, without the light behind it, needs coefficients only."""
-    if job.for_eyes or job.shot.lighting.exact or job.shot.lighting.most_suns:
+    if job.for_eyes or job.shot.lighting.exact or job.shot.lighting.most_suns or reflects(job.shot.material):
         return job
     bands = job.net.bands
     brief = Light(np.zeros((1, 2, 3), np.float32), job.light.name, _projected={bands: job.light.sh(bands)})

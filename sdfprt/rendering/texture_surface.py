@@ -22,7 +22,7 @@ from sdfprt.rendering.mesh_surface import MeshBuffers
 from sdfprt.rendering.pieces import MESH_DEPTH, Variant, lobes_of
 from sdfprt.rendering.programs import programs
 from sdfprt.rendering.targets import Target
-from sdfprt.rendering.uniforms import set_exact, set_light, set_uniforms
+from sdfprt.rendering.uniforms import set_environment, set_exact, set_light, set_uniforms
 from sdfprt.rendering.units import SAMPLERS, Unit
 from sdfprt.tables.texture import TextureTable
 from sdfprt.transfer.sunlight import sunlight
@@ -104,6 +104,8 @@ def draw(scene: MeshScene, table: TextureTable, light: Light, shot: Shot) -> Fra
     held = [array, *set_light(program, variant, table.bands, given.coefficients)]
     if given.exact is not None:
         set_exact(program, given.exact)
+    if given.environment is not None:
+        set_environment(program, light)
     albedo, exponent, specular = mesh_surface.look_of(scene, material)
     samplers = {"transferTextures": SAMPLERS["transferTextures"], "sunDiffuse": _SUNS[0], "sunGlossy": _SUNS[1]}
     by_lobes = ("sentScale", "specular", "lobeColour", "sunDiffuse", "sunGlossy")
@@ -176,6 +178,7 @@ def draw_by_rays(scene: MeshScene, table: TextureTable, light: Light, shot: Shot
                 exponent,
                 given.exact,
                 suns,
+                given.environment,
             )
             if table.indirect is not None:
                 flat = table.indirect.reshape(*table.transfer.shape[:3], -1)

@@ -197,6 +197,7 @@ def picture_on_device(
         else:
             transfer = predict(net, seen.points, seen.normals)
         own = {"albedo": seen.albedo, "exponent": seen.exponent, "exact": lit.exact, "sunlight": seen.sunlight}
+        own |= {"environment": lit.environment}
         colour = shading.shade(transfer, seen.normals, outgoing, lit.coefficients, shot.material, result_bands, **own)
         colour = torch.nn.functional.pad(colour * (1 - seen.dark[:, None]), (0, 1), value=1.0)
         fine = torch.zeros((height, width, 4), device=eye.device)

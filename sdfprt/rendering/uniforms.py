@@ -10,6 +10,7 @@ from numpy import ndarray
 
 from sdfprt.core.errors import SdfprtError
 from sdfprt.imaging.camera import Camera
+from sdfprt.light.light import Light
 from sdfprt.material import shading
 from sdfprt.material.lobes import Material, parts
 from sdfprt.material.shading import ExactLight
@@ -70,6 +71,12 @@ def set_exact(program: Program, exact: ExactLight) -> None:
         "openLight": SAMPLERS["openLight"],
     }
     set_uniforms(program, values, **values)  # by the material's lobes
+
+
+def set_environment(program: Program, light: Light) -> None:
+    """The light whole, as background.glsl and reflection.glsl read it; its map is in its unit."""
+    # Rows written as columns: the transpose is the inverse
+    set_uniforms(program, toMap=light.rotation, environment=SAMPLERS["environment"])
 
 
 def set_material(program: Program, scene: AnyScene, material: Material) -> None:

@@ -9,7 +9,7 @@ from sdfprt.core.opengl import context, in_render_thread
 from sdfprt.imaging.shot import Frame, Shot
 from sdfprt.light.light import Light
 from sdfprt.material import shading
-from sdfprt.material.lobes import Diffuse
+from sdfprt.material.lobes import Diffuse, Reflection, reflects
 from sdfprt.mesh.rays import Seen
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.rendering import mesh_surface
@@ -19,7 +19,7 @@ from sdfprt.rendering.mesh_surface import MeshBuffers
 from sdfprt.rendering.pieces import Variant, lobes_of
 from sdfprt.rendering.programs import programs
 from sdfprt.rendering.targets import Target
-from sdfprt.rendering.uniforms import set_light, set_uniforms
+from sdfprt.rendering.uniforms import set_environment, set_light, set_uniforms
 from sdfprt.tables.vertex import VertexTable, rows
 
 _TABLE = 1  # binding of the table, as in gouraud_vertex.glsl
@@ -43,6 +43,8 @@ def draw(scene: MeshScene, table: VertexTable, light: Light, shot: Shot) -> Fram
     array = buffers.array(program, (back, "1i", "otherRow"))
     held: list = [array, back, rows_there, *set_light(program, variant, table.bands, coefficients)]
     albedo, exponent, specular = mesh_surface.look_of(scene, material)
+    if reflects(material):
+        set_environment(program, light)
     set_uniforms(program, ("specular",), channels=table.transfer.shape[1], specular=specular)
 
     def lit(target: Target, tile: Tile) -> None:
@@ -68,7 +70,7 @@ def draw_by_rays(scene: MeshScene, table: VertexTable, light: Light, shot: Shot)
     """The same picture by rays and numpy."""
     shot.refuse_beyond("vertex storage without OpenGL", "dering", "light_bands", "result_bands", "suns", "gloss")
     coefficients, strength = light_coefficients(light, shot, table.bands)
-    back = rows(scene)[2]
+    back, environment = rows(scene)[2], shading.Environment(light.pixels, light.rotation)
 
     def lit(seen: Seen) -> ndarray:
         flipped = (seen.normals * scene.interpolated(scene.normals, seen.faces, seen.weights)).sum(1) < 0
@@ -83,6 +85,8 @@ def draw_by_rays(scene: MeshScene, table: VertexTable, light: Light, shot: Shot)
                 lit = _lit(scene, table, corners[:, k], flipped[part], back, coefficients, shot, exponent)
                 own = np.ones(3) if albedo is None else albedo[part]
                 values[part] += shares[:, k : k + 1] * (own * lit[0] + lit[1])
+        if reflects(shot.material):
+            values += shading.reflection(shot.material, seen.normals, -seen.directions, environment)
         return values
 
     pixels = by_rays(scene, light, shot, lit)
@@ -106,6 +110,8 @@ def _lit(
     outgoing = outgoing / np.linalg.norm(outgoing, axis=1, keepdims=True)
     found = [np.zeros((len(vertices), 3)), np.zeros((len(vertices), 3))]
     for lobe in shot.material.lobes:
+        if isinstance(lobe, Reflection):
+            continue  # of samples, not of vertices
         own = np.ones((len(vertices), 3)) if isinstance(lobe, Diffuse) and scene.has_albedo else None
         which = 0 if isinstance(lobe, Diffuse) else 1
         for c in range(transfer.shape[1]):

@@ -68,6 +68,7 @@ class View:
             seen.exponent,
             lit.exact,
             sunlight,
+            lit.environment,
         )
         picture = np.zeros((*self.mask.shape, 3), np.float32)
         picture[self.mask] = values

@@ -12,7 +12,7 @@ from sdfprt.material.lobes import Diffuse, Material, Phong
 from sdfprt.mesh import rays
 from sdfprt.mesh.repair import cross_of
 from sdfprt.mesh.scene import MeshScene
-from sdfprt.truth.sampling import light_tables, lobe_numbers
+from sdfprt.truth.sampling import light_tables, lobe_numbers, mirror_numbers
 
 _MISS = 1e30
 
@@ -29,7 +29,7 @@ class MeshTracer:
         if self.own[0]:
             colours[:, :3] = scene.mean_albedo()
         colours[:, 3] = scene.exponent(every)
-        numbers = [*lobe_numbers(material), *np.ravel(light.rotation)]
+        numbers = [*lobe_numbers(material), *np.ravel(light.rotation), *mirror_numbers(material)]
         tree = rays.tree(scene)
         floats = (numbers, *light_tables(light), scene.vertices, scene.normals, scene.two_sided, colours)
         self.floats = [kernels.array(np.asarray(values, np.float32)) for values in floats]

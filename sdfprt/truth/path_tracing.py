@@ -30,7 +30,7 @@ from sdfprt.mesh.scene import MeshScene
 from sdfprt.sdf.kinds import AnyScene
 from sdfprt.sdf.scene import NORMAL_STEP, Scene
 from sdfprt.truth.mesh_paths import MeshTracer
-from sdfprt.truth.sampling import light_tables, lobe_numbers
+from sdfprt.truth.sampling import light_tables, lobe_numbers, mirror_numbers
 
 PASS = 8  # packets a pass
 TILE = 1 << 14  # rays of a tile
@@ -93,11 +93,11 @@ def draw(
 ) -> Traced:
     """Path traced picture with its error; `spp` paths a pixel, rounded up to packets (16 on the CPU) for each of samples**2 rays.
 
-    bounces 0 is direct light, what transfer models. With `checkpoint` the sums are kept in that file, and a later call with the
-    same arguments goes on from there (or on to a higher spp); without `keep` a file of another picture is begun anew, and the
-    file goes when the picture is done. `shot.background` shows the light where nothing is hit.
-    Raises SdfprtError for spp or bounces out of range, for options of SH lighting, for a checkpoint of another picture, and for one
-    that is damaged.
+    bounces 0 is direct light, what transfer models. Reflection mapping is what it is in `render`: the light from the mirrored view
+    of what the camera sees, unoccluded; paths have the other lobes alone. With `checkpoint` the sums are kept in that file, and a
+    later call with the same arguments goes on from there (or on to a higher spp); without `keep` a file of another picture is begun
+    anew, and the file goes when the picture is done. `shot.background` shows the light where nothing is hit. Raises SdfprtError for
+    spp or bounces out of range, for options of SH lighting, for a checkpoint of another picture, and for one that is damaged.
     """
     shot.refuse_beyond("the reference")
     if spp < 1 or bounces < 0:
@@ -178,6 +178,7 @@ class _Tracer:
             *origin,
             *lobe_numbers(material),
             *np.ravel(light.rotation),
+            *mirror_numbers(material),
         ]
         self.constant = [kernels.array(v) for v in (numbers, *light_tables(light))]
         self.shape = [*light.pixels.shape[:2], bounces]

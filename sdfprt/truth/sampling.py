@@ -4,7 +4,7 @@ import numpy as np
 from numpy import ndarray
 
 from sdfprt.light.light import Light
-from sdfprt.material.lobes import Diffuse, Material
+from sdfprt.material.lobes import Diffuse, Material, Phong, Reflection
 
 
 def light_tables(light: Light) -> tuple[ndarray, ndarray, ndarray, ndarray]:
@@ -17,11 +17,16 @@ def light_tables(light: Light) -> tuple[ndarray, ndarray, ndarray, ndarray]:
 
 
 def lobe_numbers(material: Material) -> list[float]:
-    """kd, ks and exponent: what the kernel's Lobes reads."""
+    """kd, ks and exponent: what the kernel's Lobes reads, which has no reflection mapping."""
     kd, ks, exponent = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 1.0
     for lobe in material.lobes:
         if isinstance(lobe, Diffuse):
             kd = lobe.albedo
-        else:
+        elif isinstance(lobe, Phong):
             ks, exponent = lobe.specular, lobe.exponent
     return [*kd, *ks, exponent]
+
+
+def mirror_numbers(material: Material) -> tuple[float, float, float]:
+    """What the kernel multiplies the light from the mirrored view by, at what the camera sees."""
+    return next((lobe.specular for lobe in material.lobes if isinstance(lobe, Reflection)), (0.0, 0.0, 0.0))

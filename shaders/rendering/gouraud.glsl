@@ -1,4 +1,9 @@
 // Vertex storage: what the vertices have gathered, interpolated (Gouraud 1971); albedo, with its picture, a sample.
+#if (LOBES & 4) != 0
+vec3 reflection(vec3 n, vec3 o);
+in vec3 toEye;
+in vec3 normalHere;
+#endif
 in vec3 diffuseLightHere;
 in vec3 glossyLightHere;
 in vec2 pictureAt;
@@ -15,5 +20,9 @@ void main() {
     vec3 colour = finishAlbedo * vertexPaint;
     if (painted) colour *= textureLod(picture, vec2(pictureAt.x, 1.0 - pictureAt.y), 0.0).rgb;
     bool dark = !twoSided && !gl_FrontFacing;
-    radiance = vec4(dark ? vec3(0.0) : colour * diffuseLightHere + glossyLightHere, 1.0);
+    vec3 light = colour * diffuseLightHere + glossyLightHere;
+#if (LOBES & 4) != 0
+    light += reflection(normalize(normalHere), normalize(toEye));
+#endif
+    radiance = vec4(dark ? vec3(0.0) : light, 1.0);
 }

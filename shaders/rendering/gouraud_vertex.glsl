@@ -14,6 +14,11 @@ layout(std430, binding = 1) readonly buffer TransferTable {
 uniform int channels;           // 1, or 3 with interreflections
 uniform bool otherSide;
 uniform float finishExponent;
+uniform vec3 eye;
+#if (LOBES & 4) != 0
+out vec3 toEye;                 // for reflection mapping
+out vec3 normalHere;
+#endif
 out vec3 diffuseLightHere;
 out vec3 glossyLightHere;
 out vec2 pictureAt;
@@ -26,14 +31,18 @@ void main() {
     int row = otherSide ? max(otherRow, 0) : gl_VertexID;
     diffuseLightHere = glossyLightHere = vec3(0.0);
     vec3 n = otherSide ? -direction : direction, o = toViewer(place);
+#if (LOBES & 4) != 0
+    toEye = eye - place;
+    normalHere = n;
+#endif
     for (int c = 0; c < channels; c++) {
         vec4 transfer[OUTPUTS];
         for (int i = 0; i < OUTPUTS; i++) transfer[i] = rows[(row * channels + c) * OUTPUTS + i];
         vec3 diffuse = vec3(0.0), shine = vec3(0.0);
-#if LOBES != 2
+#if (LOBES & 1) != 0
         diffuse = diffuseLobe(transfer);
 #endif
-#if LOBES != 1
+#if (LOBES & 2) != 0
         shine = glossyLobe(n, o, transfer, finishExponent);
 #endif
         if (channels == 1) {

@@ -2,6 +2,9 @@
 // (EXACT_LIGHT), or with the light fixed (TPFL) by one matrix a channel, or by the whole triple product (TP), whose non-zero
 // tau_ijk are data. Twin: sdfprt/material/shading.py.
 void weightedBasis(vec3 d, float weights[RESULT_BANDS], out float y[4 * RESULTS]);
+#if (LOBES & 4) != 0
+vec3 reflection(vec3 n, vec3 o);
+#endif
 uniform vec3 specular;
 uniform vec4 diffuseLight[3 * OUTPUTS];              // L / pi, channel after channel
 #ifdef EXACT_LIGHT
@@ -94,25 +97,29 @@ vec3 glossyLobe(vec3 n, vec3 o, vec4 transfer[OUTPUTS], float s) {
 // Radiance along o, the unit direction to the eye, with albedo `base` and exponent s.
 vec3 shade(vec3 n, vec3 o, vec4 transfer[OUTPUTS], vec3 base, float s) {
     vec3 sum = vec3(0.0);
-#if LOBES != 2
+#if (LOBES & 1) != 0
     sum += base * diffuseLobe(transfer);
 #ifdef EXACT_LIGHT
     sum += base * clamp(transfer[0].x / 0.886226925452758, 0.0, 1.0) * textureLod(openLight, latlong(toLight * n), 0.0).rgb;
 #endif
 #endif
-#if LOBES != 1
+#if (LOBES & 2) != 0
     sum += glossyLobe(n, o, transfer, s);
 #endif
-    return mix(sum, vec3(0.0), lessThan(sum, vec3(0.0)));  // cut-off series dip below zero; NaN stays to be reported
+    sum = mix(sum, vec3(0.0), lessThan(sum, vec3(0.0)));  // cut-off series dip below zero; NaN stays to be reported
+#if (LOBES & 4) != 0
+    sum += reflection(n, o);
+#endif
+    return sum;
 }
 
 // The same of the light's discs, from their sums for a white diffuse surface and a white lobe.
 vec3 sunShade(vec3 base, vec3 diffuse, vec3 glossy) {
     vec3 sum = vec3(0.0);
-#if LOBES != 2
+#if (LOBES & 1) != 0
     sum += base * diffuse;
 #endif
-#if LOBES != 1
+#if (LOBES & 2) != 0
     sum += specular * glossy;
 #endif
     return sum;

@@ -28,7 +28,7 @@ layout(location = 0) out vec4 radiance;
 vec3 indirect(int first, float level, vec3 n, vec3 o, vec3 base) {
     vec3 sum = vec3(0.0);
     float y[4 * RESULTS];
-#if LOBES != 1
+#if (LOBES & 2) != 0
     float g[RESULT_BANDS];
     lobeFactors(finishExponent, g);
     weightedBasis(reflect(-o, n), g, y);
@@ -36,10 +36,10 @@ vec3 indirect(int first, float level, vec3 n, vec3 o, vec3 base) {
     for (int c = 0; c < 3; c++)
         for (int i = 0; i < OUTPUTS; i++) {
             vec4 sent = textureLod(transferTextures, vec3(transferAt, float(first + c * OUTPUTS + i)), level);
-#if LOBES != 2
+#if (LOBES & 1) != 0
             if (i == 0) sum[c] += base[c] * 1.12837916709551 * sent.x;  // 1 / (pi y_0)
 #endif
-#if LOBES != 1
+#if (LOBES & 2) != 0
             if (i < RESULTS) sum[c] += lobeColour[c] * dot(sent, vec4(y[4 * i], y[4 * i + 1], y[4 * i + 2], y[4 * i + 3]));
 #endif
         }

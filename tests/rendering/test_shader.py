@@ -44,9 +44,9 @@ PIECES = sorted(folder("shaders").glob("*/*.glsl"))
 def test_each_piece_compiles_alone(path, tmp_path):
     stage = "vert" if path.stem.endswith("vertex") else "comp" if path.stem == "light" else "frag"
     if path.stem == "volume":
-        sizes = pieces.volume_defines(nets.random_volume(), Variant(3))
+        sizes = pieces.volume_defines(nets.random_volume(), Variant(7))
     else:
-        sizes = pieces.defines(nets.random_cells() if path.stem == "cells" else nets.random_net(), Variant(3))
+        sizes = pieces.defines(nets.random_cells() if path.stem == "cells" else nets.random_net(), Variant(7))
     for extra in ("", "#define HAS_ALBEDO\n#define HAS_EXPONENT\n"):
         source = tmp_path / f"piece.{stage}"
         source.write_text(f"#version 430\n{extra}{sizes}\n{path.read_text()}")

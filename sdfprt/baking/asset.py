@@ -12,6 +12,8 @@ from sdfprt.mesh.scene import MeshScene
 from sdfprt.network.cells import AnyNet, read
 from sdfprt.sdf.kinds import AnyScene
 
+_RECIPE = 2  # raised when a default bake gives other weights, so that the cache's older ones are not taken for them
+
 
 @dataclass(frozen=True, eq=False)
 class Asset:
@@ -71,4 +73,4 @@ def find_asset(scene: AnyScene, width: int) -> Asset | None:
 
 def cached_path(scene: AnyScene, width: int, recipe: str = "") -> Path:
     """Where a bake leaves its asset; `recipe`, of what is not default, takes the place of the width."""
-    return cache_folder() / ASSETS / f"{scene.hash}-{recipe or f'k{width}'}.safetensors"
+    return cache_folder() / ASSETS / f"{scene.hash}-{recipe or f'k{width}-{_RECIPE}'}.safetensors"

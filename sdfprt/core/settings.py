@@ -70,6 +70,9 @@ class Fit:
     batch: int = 1024  # samples a step
     rate: float = 0.03  # learning rate of the matrices (Muon) at the peak of the one cycle
     bias_share: float = 0.25  # learning rate of the biases (Adam), as a fraction of that of the matrices
+    hidden: float = 0.1  # importance of samples that no camera sees, of the mean
+    from_above: float = 1.0  # by which a camera straight above counts more than one at the horizon, one below less
+    by_degree: tuple[float, ...] = (1.0, 0.35, 0.25, 0.2)  # weight of T's squared error by SH degree: light has less of higher ones
     seconds: float = 5.0  # between two checkpoints
     held_out: int = 4096  # samples of a bake that are kept for validation
     held_out_rays: int = 1024  # rays a sample of validation

@@ -1,9 +1,10 @@
 """The recipe that trains a transfer network: squared loss, Muon on the matrices, Adam on the biases, one cycle.
 
 Targets are Monte Carlo transfer; their noise is unbiased, so the squared loss fits the mean through it (L1 would fit
-the median). A step depends on the seed and on what the step before left, nothing else: a checkpoint taken anywhere goes
-on to the same bits. Muon is momentum whose steps are orthogonalised by a Newton-Schulz iteration (Jordan et al. 2024),
-here in float32, since CPUs lack a fast bfloat16.
+the median). Batches hold samples as often as pictures show them, and coefficients count as light uses them (importance.py).
+A step depends on the seed and on what the step before left, nothing else: a checkpoint taken anywhere goes on to the same
+bits. Muon is momentum whose steps are orthogonalised by a Newton-Schulz iteration (Jordan et al. 2024), here in float32,
+since CPUs lack a fast bfloat16.
 """
 
 import math
@@ -27,6 +28,7 @@ from sdfprt.core.files import atomic_write
 from sdfprt.core.limits import check_memory
 from sdfprt.core.settings import Fit, Network
 from sdfprt.network.cells import CellNets
+from sdfprt.network.importance import coefficient_weights, importance
 from sdfprt.network.mlp import TransferNet, encode
 from sdfprt.network.optimizer import Descent, descend, matrices
 from sdfprt.network.stored import LAYERS, OCTAVES, WIDTHS
@@ -97,6 +99,8 @@ def fit_transfer(
         points, normals, transfer = points[~aside], normals[~aside], transfer[~aside]
     scale = np.maximum(1.05 * np.abs(transfer).max(axis=0), 1e-6).astype(np.float32)
 
+    seen = importance(transfer)
+
     x, n, target, to_scale = (
         torch.as_tensor(np.asarray(a, np.float32), device=device)
         for a in ((points - center) / extent, normals, transfer / scale, scale)
@@ -126,13 +130,14 @@ def fit_transfer(
         )
 
     batch = min(batch, len(x))
-    slopes = 2 * to_scale.square() / batch
+    counted = torch.as_tensor(coefficient_weights(bands), dtype=torch.float32, device=device)
+    slopes = 2 * counted * to_scale.square() / batch
     with (
         descend(sizes, state["weights"], state["biases"], features, target, slopes) as descent,
         progress.track(label or f"fit k={width}", steps) as advance,
     ):
         advance(start)
-        for step, rows in zip(range(start, steps), _batches(len(x), batch, seed, start), strict=False):
+        for step, rows in zip(range(start, steps), _batches(seen, batch, seed, start), strict=False):
             _update(state, descent, rows, step, rate * _cycle(step / steps))
             if (step + 1) % _STRIDE == 0:
                 advance(_STRIDE)
@@ -156,8 +161,9 @@ def fit_bytes(bands: int, octaves: int = Network.position_frequencies + Network.
 
 
 def measure(net: TransferNet | CellNets, points: ndarray, normals: ndarray, transfer: ndarray) -> dict[str, float]:
-    """RMSE of the network over all coefficients, and its PSNR in dB with the largest T_0 as peak."""
-    rmse = float(np.sqrt(np.mean((net.predict(points, normals) - transfer) ** 2)))
+    """RMSE of the network over all coefficients, and its PSNR in dB with the largest T_0 as peak; a sample counts by importance."""
+    squares = ((net.predict(points, normals) - transfer) ** 2).mean(axis=1)
+    rmse = math.sqrt(float(np.average(squares, weights=importance(transfer))))
     return {"validation_rmse": rmse, "validation_psnr": 20 * math.log10(float(transfer[:, 0].max()) / max(rmse, 1e-12))}
 
 
@@ -183,11 +189,20 @@ def _initial(sizes: list[int], seed: int, device: str) -> dict[str, torch.Tensor
     return {"weights": weights, "biases": biases, **{name: torch.zeros_like(like) for name, like in moments.items()}}
 
 
-def _batches(count: int, batch: int, seed: int, start: int) -> Iterator[torch.Tensor]:
-    """Rows of batch `start`, `start` + 1 …: every epoch is a permutation that its number and the seed decide."""
+def _batches(seen: Float[ndarray, "n"], batch: int, seed: int, start: int) -> Iterator[torch.Tensor]:
+    """Rows of batch `start`, `start` + 1 …, each drawn as often as its importance says.
+
+    An epoch has as many rows as there are samples: systematic sampling, so that a row of importance w comes w times to within
+    one, in an order that the epoch's number and the seed decide.
+    """
+    count = len(seen)
+    cumulative = np.cumsum(seen / seen.sum())
     per_epoch = max(count // batch, 1)
     while True:
-        order = torch.from_numpy(np.random.default_rng([seed, start // per_epoch]).permutation(count))
+        random = np.random.default_rng([seed, start // per_epoch])
+        places = (np.arange(count) + random.uniform()) / count
+        drawn = np.searchsorted(cumulative, places).clip(0, count - 1)
+        order = torch.from_numpy(random.permutation(drawn))
         for i in range(start % per_epoch, per_epoch):
             yield order[i * batch : (i + 1) * batch]
             start += 1

@@ -68,7 +68,8 @@ class Network:
 class Fit:
     steps: int = 16_000  # of the optimizer
     batch: int = 1024  # samples a step
-    rate: float = 0.03  # learning rate of the matrices (Muon) at the peak of the one cycle
+    rate: float = 0.05  # learning rate of the matrices (Muon) at the peak of the one cycle
+    decay: float = 0.1  # of the matrices a step, as a fraction of the rate: steps of one size turn small matrices farther
     bias_share: float = 0.25  # learning rate of the biases (Adam), as a fraction of that of the matrices
     hidden: float = 0.1  # importance of samples that no camera sees, of the mean
     from_above: float = 1.0  # by which a camera straight above counts more than one at the horizon, one below less

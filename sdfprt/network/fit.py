@@ -1,4 +1,4 @@
-"""The recipe that trains a transfer network: squared loss, Muon on the matrices, Adam on the biases, one cycle.
+"""The recipe that trains a transfer network: squared loss, Muon on the matrices, which decay, Adam on the biases, one cycle.
 
 Targets are Monte Carlo transfer; their noise is unbiased, so the squared loss fits the mean through it (L1 would fit
 the median). Batches hold samples as often as pictures show them, and coefficients count as light uses them (importance.py).
@@ -215,12 +215,12 @@ def _cycle(t: float) -> float:
 
 @torch.no_grad()
 def _update(state: dict[str, torch.Tensor], descent: Descent, rows: torch.Tensor, step: int, rate: float) -> None:
-    """One step of Muon on the matrices and of Adam on the biases, in place."""
+    """One step of Muon on the matrices, which decay, and of Adam on the biases, in place."""
     by_weights, by_biases = descent.gradients(rows)
     state["momentum"].lerp_(by_weights, 1 - _MOMENTUM)
     turned = descent.orthogonal(torch.lerp(by_weights, state["momentum"], _MOMENTUM))
     for w, g in zip(matrices(state["weights"], descent.sizes), matrices(turned, descent.sizes), strict=True):
-        w.add_(g, alpha=-rate * math.sqrt(max(1, g.shape[0] / g.shape[1])))
+        w.mul_(1 - Fit.decay * rate).add_(g, alpha=-rate * math.sqrt(max(1, g.shape[0] / g.shape[1])))
 
     mean, square = state["mean"].lerp_(by_biases, 1 - _BETAS[0]), state["square"].lerp_(by_biases.square(), 1 - _BETAS[1])
     unbiased = [m / (1 - beta ** (step + 1)) for m, beta in zip((mean, square), _BETAS, strict=True)]

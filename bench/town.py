@@ -14,7 +14,7 @@ from sdfprt.mesh.parts import Finish, Part
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.mesh.shapes import box, grid, join, sheet
 
-BLOCKS = 20  # along a side; 5,000 triangles each
+BLOCKS = 21  # along a side; 5,000 triangles each
 PITCH, STREET = 40.0, 10.0  # metres from block to block, and between them
 
 ASPHALT, PAVEMENT = Finish("asphalt", (0.16, 0.16, 0.17)), Finish("pavement", (0.45, 0.44, 0.42))

@@ -28,7 +28,7 @@ from sdfprt.network.cells import CellNets, Cells
 from sdfprt.network.fit import measure
 from sdfprt.network.stored import MAX_BYTES, MAX_CELLS
 from sdfprt.sdf.kinds import AnyScene
-from sdfprt.transfer.compute import compute_transfer
+from sdfprt.transfer.compute import compute_transfer, unshadowed
 
 _TURN = 0.3  # of a scene's extent: how far apart two samples count whose normals have an angle of 60 degrees
 _COMPACT = (1, 2, 3, 4, 6, 8, 9, 12, 16, 18, 24, 32, 36, 48, 64)  # numbers of cells that are no slabs
@@ -110,21 +110,23 @@ def even(bounds: Box, counts: tuple[int, int, int]) -> Cells:
     return Cells(low, sides, owner, settings.Cells.band)  # type: ignore[arg-type]
 
 
-def merged(cells: Cells, points: Float[ndarray, "n 3"], transfer: Float[ndarray, "n k"]) -> Cells:
+def merged(cells: Cells, points: Float[ndarray, "n 3"], normals: Float[ndarray, "n 3"], transfer: Float[ndarray, "n k"]) -> Cells:
     """Cells whose transfer varies little join their neighbours, so that networks have alike much to learn.
 
-    The load of a cell is the sum of |T - mean T|^2 over its samples: these are drawn by area, so it is area times variance, by
-    which CPCA weighs a cluster (Sloan et al. 2003). Of all neighbours across a face the two are merged whose joint load, which
-    counts how far their means lie apart, is least, as long as that is at most the mean load of the cells that hold surface. Then a
-    network with fewer than settings.Cells.least samples joins the neighbour with which its load is least, or the nearest network
-    where it has no neighbour. Cells without surface belong to the nearest network.
+    Let S be what shadows take away, transfer without visibility less T: a plain that sees the whole sky has none, whatever its
+    normals. The load of a cell is the sum of |S - mean S|^2 over its samples: these are drawn by area, so it is area times
+    variance, by which CPCA weighs a cluster (Sloan et al. 2003). Of all neighbours across a face the two are merged whose joint
+    load, which counts how far their means lie apart, is least, as long as that is at most the mean load of the cells that hold
+    surface. Then a network with fewer than settings.Cells.least samples joins the neighbour with which its load is least, or the
+    nearest network where it has no neighbour. Cells without surface belong to the nearest network.
     """
     shape = cells.owner.shape
     number = np.ravel_multi_index(tuple(_cell_of(cells, points).T), shape)
     total = math.prod(shape)
+    shadows = unshadowed(normals, round(transfer.shape[1] ** 0.5)) - transfer.astype(float)
     count = np.bincount(number, minlength=total).astype(float)
-    sums = np.stack([np.bincount(number, column, total) for column in transfer.T.astype(float)], 1)
-    squares = np.bincount(number, (transfer.astype(float) ** 2).sum(1), total)
+    sums = np.stack([np.bincount(number, column, total) for column in shadows.T], 1)
+    squares = np.bincount(number, (shadows**2).sum(1), total)
     owner = np.arange(total)
     places = np.stack(np.unravel_index(owner, shape), 1) * np.asarray(cells.side)
 

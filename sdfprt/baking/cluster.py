@@ -104,6 +104,15 @@ def each(client: Any, function: Callable, tasks: Iterable[tuple]) -> Iterator[tu
         running.clear()
 
 
+def shared(client: Any, value: Any) -> Any:
+    """What stands for a value in many tasks: sent to a worker once, and again where that one dies."""
+    return client.submit(_itself, value, pure=False)
+
+
+def _itself(value: Any) -> Any:
+    return value
+
+
 def transfer(
     scene: AnyScene,
     points: ndarray,

@@ -127,7 +127,7 @@ def bake(
         divided.check_weights(scene, count, Size(width, layers), bands)
         points, steps = divided.points_of(points, count), max(round(steps * settings.Cells.steps), 1)
     traced, train, validation = _samples(scene, points, rays, bands, seed, resolution, cluster, sampling)
-    parted = divided.merged(divided.even(scene.bounds, divided.cut(scene.bounds, count)), train[0], train[2])
+    parted = divided.merged(divided.even(scene.bounds, divided.cut(scene.bounds, count)), *train)
     looks = search.views(scene, work, bands, seed) if target_psnr else []
 
     def fitted(size: Size, stop: float | None) -> Fitted:

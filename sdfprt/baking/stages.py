@@ -138,8 +138,9 @@ def trace_ahead(client: Any, scene: AnyScene, drawn: Arrays, part: Part, folder:
     # Each file as soon as its tasks are back
     if not isinstance(scene, MeshScene):
         _ = scene.native  # translated once, here
+    sent = workers.shared(client, scene) if tasks else None  # a mesh, and the tree that a worker builds for it, serve all tasks
     arguments = (
-        (scene, drawn["points"][cut], drawn["normals"][cut], bands, part.rays, seed, cut.start, part.rounded, part.sampling)
+        (sent, drawn["points"][cut], drawn["normals"][cut], bands, part.rays, seed, cut.start, part.rounded, part.sampling)
         for _, cut in tasks
     )
     with track("transfer", len(tasks)) as advance:

@@ -18,6 +18,7 @@ from sdfprt.mesh.scene import MeshScene
 from sdfprt.network.cells import CellNets, Cells
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering.backends import frame
+from sdfprt.transfer.compute import unshadowed
 from sdfprt.truth import exact
 
 SMALL = {"width": 8, "layers": 2, "points": 1500, "rays": 16, "steps": 300}
@@ -57,15 +58,16 @@ def test_cells_of_little_variance_join_a_neighbour_and_empty_ones_the_nearest():
     counts = [5000, 5000, 5000, 5000, 5000, 5000, 0, 20]
     points = np.concatenate([rng.uniform((k, 0, 0), (k + 1, 1, 1), (n, 3)) for k, n in enumerate(counts)]).astype(np.float32)
     noise = np.repeat([0.01, 0.01, 0.01, 1.0, 1.0, 1.0, 1.0, 1.0], counts)
-    transfer = (noise[:, None] * rng.normal(size=(len(points), 4))).astype(np.float32)
-    owner = divided.merged(cells, points, transfer).owner.ravel()
+    normals = rng.normal(size=points.shape)
+    normals = (normals / np.linalg.norm(normals, axis=1, keepdims=True)).astype(np.float32)
+    transfer = (unshadowed(normals, 2) - noise[:, None] * rng.normal(size=(len(points), 4))).astype(np.float32)
+    owner = divided.merged(cells, points, normals, transfer).owner.ravel()
     assert len(set(owner[:3])) == 1 and len({*owner[3:6], owner[0]}) == 4
     assert owner[6] == owner[7] == owner[5]
     assert sorted(set(owner)) == list(range(4))
-    far_apart = transfer + 2.0 * (points[:, :1] < 1)  # means that differ keep the first cell apart from the others
-    assert (
-        divided.merged(cells, points, far_apart).owner.ravel()[0] not in divided.merged(cells, points, far_apart).owner.ravel()[1:]
-    )
+    apart = transfer + np.float32(2.0) * (points[:, :1] < 1)  # means that differ keep the first cell apart from the others
+    owner = divided.merged(cells, points, normals, apart).owner.ravel()
+    assert owner[0] not in owner[1:] and owner[1] == owner[2]
 
 
 def test_the_samples_of_a_cell_reach_into_its_neighbours():

@@ -13,6 +13,7 @@ from pathlib import Path
 import nets
 import numpy as np
 import pytest
+import soups
 
 import sdfprt
 from sdfprt import Scene, SdfprtError
@@ -97,6 +98,22 @@ def test_a_bake_on_a_cluster_that_loses_a_worker_is_the_local_bake_to_the_bit(cl
     near = run("near")
     np.testing.assert_array_equal(np.concatenate(transfer("far")), np.concatenate(transfer("near")))
     assert far.net.digest == near.net.digest
+
+
+def test_cells_that_a_cluster_fits_are_the_local_ones_to_the_bit(cluster, tmp_path, monkeypatch):
+    monkeypatch.setattr(settings.Fit, "held_out", 256)
+    monkeypatch.setattr(settings.Cells, "least", 60)
+    monkeypatch.setattr(workers, "POINTS", 300)
+    balls = [soups.ball(0.4 + 0.1 * k, (2 * k, 0.6, 0), 2) for k in range(4)]
+    scene = soups.scene(soups.square(3.0, 0.0, 4).apply_translation([3, 0, 0]), *balls)
+
+    def run(cache: str, **options):
+        monkeypatch.setenv("SDFPRT_CACHE", str(tmp_path / cache))
+        return sdfprt.bake(scene, width=8, layers=2, points=2000, rays=32, steps=60, cells=4, **options)
+
+    far, near = run("far", cluster=cluster.address), run("near")
+    assert near.info["networks"] > 1 and far.net.digest == near.net.digest
+    assert Path(far.path).read_bytes() == Path(near.path).read_bytes()
 
 
 def test_pictures_from_a_cluster_that_loses_a_worker_are_the_local_files(cluster, tmp_path):

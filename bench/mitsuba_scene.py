@@ -128,19 +128,30 @@ def build(
     light: Light,
     material: Material,
     albedo: np.ndarray | None = None,
+    relief: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Any:
-    """A Mitsuba scene of one mesh with vertex normals; `albedo`, one row a vertex, takes the place of a Diffuse's."""
+    """A Mitsuba scene of one mesh with vertex normals; `albedo`, one row a vertex, takes the place of a Diffuse's.
+
+    `relief` is a normal map and the vertices' places in it (v upwards), in which u and v are right-handed: Mitsuba's bitangents are
+    always so. Its softening of the terminator, which has no part in a normal map, is off.
+    """
     mi = mitsuba()
     props = mi.Properties()
     lobes = bsdf(material)
+    if relief is not None:
+        texels = {"type": "bitmap", "raw": True, "bitmap": mi.Bitmap(np.ascontiguousarray(relief[0]))}
+        lobes = {"type": "normalmap", "normalmap": texels, "bsdf": lobes, "use_shadowing_function": False}
     painted = albedo is not None and lobes["type"] == "diffuse"
     if painted:
         lobes["reflectance"] = {"type": "mesh_attribute", "name": "vertex_color"}
     props["bsdf"] = mi.load_dict(lobes)
-    mesh = mi.Mesh("mesh", len(vertices), len(faces), has_vertex_normals=True, props=props)
+    given = {"has_vertex_normals": True, "has_vertex_texcoords": relief is not None}
+    mesh = mi.Mesh("mesh", len(vertices), len(faces), props=props, **given)
     table = mi.traverse(mesh)
     table["vertex_positions"] = mi.Float(np.ascontiguousarray(vertices, np.float32).ravel())
     table["vertex_normals"] = mi.Float(np.ascontiguousarray(normals, np.float32).ravel())
+    if relief is not None:
+        table["vertex_texcoords"] = mi.Float(np.ascontiguousarray(relief[1] * (1, -1) + (0, 1), np.float32).ravel())
     table["faces"] = mi.UInt32(np.ascontiguousarray(faces, np.uint32).ravel())
     table.update()
     if painted:

@@ -1,15 +1,19 @@
 // Path tracing of a mesh: item = a ray of the camera, whose first hit is given; packets of stratified paths go on from there. One light
-// sample and one lobe sample a vertex, combined by the balance heuristic (Veach 1997, Sec. 9.2), as for SDFs.
+// sample and one lobe sample a vertex, combined by the balance heuristic (Veach 1997, Sec. 9.2), as for SDFs. A normal map shows in the
+// first hit only, and sends nothing through the surface.
 struct Surface : Simd {
     F x, y, z, nx, ny, nz, gx, gy, gz;  // point, unit shading normal on the side that was met, geometric normal
     F red, green, blue, exponent;
+    F open;  // cosine to the geometric normal above which a ray may leave: 0 by a normal map, else any
 
     // A row of `hits`, for all lanes
     CUDA_CALLABLE Surface(const float* v) {
         x = splat(v[0]), y = splat(v[1]), z = splat(v[2]), nx = splat(v[3]), ny = splat(v[4]), nz = splat(v[5]);
         gx = splat(v[6]), gy = splat(v[7]), gz = splat(v[8]);
         red = splat(v[12]), green = splat(v[13]), blue = splat(v[14]), exponent = splat(v[15]);
+        open = splat(v[16]);
     }
+    CUDA_CALLABLE M leaves(F u, F v, F w) const { return lt(open, gx * u + gy * v + gz * w); }
     // Where a ray has left the surface, on the side to which it goes
     CUDA_CALLABLE void leave(F u, F v, F w, float lift, F& ox, F& oy, F& oz) const {
         const F side = sel(lt(gx * u + gy * v + gz * w, splat(0.0f)), splat(-lift), splat(lift));
@@ -22,7 +26,7 @@ struct Surface : Simd {
     light.pixels = pixels.data, light.density = density.data, light.rows = rows.data, light.columns = columns.data;
     light.turn = numbers.data + 7, light.height = height, light.width = width;
     const F zero = Simd::splat(0.0f), one = Simd::splat(1.0f);
-    const float* row = hits.data + 16 * item;
+    const float* row = hits.data + 17 * item;
     float sum[3] = {0.0f, 0.0f, 0.0f}, square[3] = {0.0f, 0.0f, 0.0f};
     // Reflection mapping of what the camera sees: the light from the mirrored view, unoccluded
     float mirror[3] = {0.0f, 0.0f, 0.0f};
@@ -60,7 +64,7 @@ struct Surface : Simd {
             F ox, oy, oz;
             at.leave(wx, wy, wz, lift, ox, oy, oz);
             tree.start(ray, ox, oy, oz, wx, wy, wz, 0.0f);
-            M open = tree.free(ray, live & Simd::lt(zero, up) & Simd::lt(zero, here));
+            M open = tree.free(ray, live & at.leaves(wx, wy, wz) & Simd::lt(zero, up) & Simd::lt(zero, here));
             for (int c = 0; c < 3; c++) radiance[c] += Simd::sel(open, through[c] * f[c] * r[c] / (here + there), zero);
 
             // Along the lobe: light where it is free, on from what it meets
@@ -69,7 +73,7 @@ struct Surface : Simd {
             light.evaluate(wx, wy, wz, r[0], r[1], r[2], there);
             up = at.nx * wx + at.ny * wy + at.nz * wz;
             lobes.evaluate(up, mx * wx + my * wy + mz * wz, f, here);
-            const M useful = live & Simd::lt(zero, up) & Simd::lt(Simd::splat(1e-12f), here);
+            const M useful = live & at.leaves(wx, wy, wz) & Simd::lt(zero, up) & Simd::lt(Simd::splat(1e-12f), here);
             at.leave(wx, wy, wz, lift, ox, oy, oz);
             tree.start(ray, ox, oy, oz, wx, wy, wz, 0.0f);
             const M met = tree.meet(ray, useful);
@@ -99,7 +103,7 @@ struct Surface : Simd {
             const F side = Simd::sel(front, one, -one);
             const F shade = side / Simd::sqrt(Simd::max(n[0] * n[0] + n[1] * n[1] + n[2] * n[2], Simd::splat(1e-24f)));
             const F flat = side / Simd::sqrt(Simd::max(ray.normal_x * ray.normal_x + ray.normal_y * ray.normal_y + ray.normal_z * ray.normal_z, Simd::splat(1e-38f)));
-            at.x = p[0], at.y = p[1], at.z = p[2];
+            at.x = p[0], at.y = p[1], at.z = p[2], at.open = Simd::splat(-2.0f);
             at.nx = n[0] * shade, at.ny = n[1] * shade, at.nz = n[2] * shade;
             at.gx = ray.normal_x * flat, at.gy = ray.normal_y * flat, at.gz = ray.normal_z * flat;
             at.red = Simd::gather(colours.data, 4 * face), at.green = Simd::gather(colours.data, 4 * face + 1);

@@ -19,7 +19,7 @@ from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse
 from sdfprt.mesh.rays import shading_normals
 from sdfprt.mesh.scene import MeshScene
-from sdfprt.mesh.unwrap import Atlas, Raster, crowded, raster, unwrap
+from sdfprt.mesh.unwrap import Atlas, Raster, area, crowded, raster, unwrap
 from sdfprt.sdf.kinds import AnyScene
 from sdfprt.tables.texture import TextureTable, light_digest
 from sdfprt.transfer.compute import unshadowed
@@ -86,7 +86,10 @@ def bake_textures(
 
     # Transfer of the texels of all layers, one after the other
     texels = [(sheet, front, _texels(scene, found, front)) for sheet, found in enumerate(sheets) for front in (True, False)]
-    points, normals = (np.concatenate(each) for each in zip(*(_places(scene, sheets[s], f, t) for s, f, t in texels), strict=True))
+    coarse = scene.halvings(area(atlas.uvs.astype(float) * resolution))
+    points, normals = (
+        np.concatenate(each) for each in zip(*(_places(scene, sheets[s], f, t, coarse) for s, f, t in texels), strict=True)
+    )
     budget = settings.Texture
     rays = rays or int(np.clip(budget.budget // max(len(points), 1), budget.least, budget.rays))
     if shadowed:
@@ -167,12 +170,12 @@ def _texels(scene: MeshScene, found: Raster, front: bool) -> Int[ndarray, "t"]:
 
 
 def _places(
-    scene: MeshScene, found: Raster, front: bool, texels: Int[ndarray, "t"]
+    scene: MeshScene, found: Raster, front: bool, texels: Int[ndarray, "t"], coarse: Int[ndarray, "f"]
 ) -> tuple[Float[ndarray, "t 3"], Float[ndarray, "t 3"]]:
-    """Points and shading normals of texels."""
+    """Points and shading normals of texels; `coarse` says by how many levels a triangle's normal map is finer than they are."""
     faces, weights = found.faces.ravel()[texels], found.weights.reshape(-1, 2)[texels]
     points = scene.interpolated(scene.vertices, faces, weights).astype(np.float32)
-    return points, shading_normals(scene, faces, weights, np.full(len(faces), front))
+    return points, shading_normals(scene, faces, weights, np.full(len(faces), front), coarse[faces])
 
 
 def _albedo(scene: MeshScene, found: Raster, texels: Int[ndarray, "t"]) -> Float[ndarray, "t 3"]:

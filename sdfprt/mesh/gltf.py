@@ -1,11 +1,12 @@
-"""glTF 2.0, .gltf and .glb: nodes with their transforms and instances applied, quantised and sparse accessors, base colour and
-roughness. Buffers and pictures come from the file itself or from its own folder. Skins and morph targets stay at rest.
+"""glTF 2.0, .gltf and .glb: nodes with their transforms and instances applied, quantised and sparse accessors, base colour,
+roughness and normal map. Buffers and pictures come from the file itself or its own folder. Skins and morph targets stay at rest.
 """
 
 import base64
 import json
 import struct
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -268,14 +269,15 @@ def _moved(part: Part, transform: ndarray) -> Part:
     if part.normals is not None:
         cofactors = np.stack([np.cross(linear[1], linear[2]), np.cross(linear[2], linear[0]), np.cross(linear[0], linear[1])])
         normals = part.normals @ cofactors.T * (-1 if flips else 1)
-    return Part(
-        part.vertices @ linear.T + transform[:3, 3],
-        part.faces[:, ::-1] if flips else part.faces,
-        normals,
-        part.uvs,
-        part.colours,
-        part.finish,
-        part.name,
+    tangents = None
+    if part.tangents is not None:
+        tangents = np.column_stack([part.tangents[:, :3] @ linear.T, part.tangents[:, 3:] * (-1 if flips else 1)])
+    return replace(
+        part,
+        vertices=part.vertices @ linear.T + transform[:3, 3],
+        faces=part.faces[:, ::-1] if flips else part.faces,
+        normals=normals,
+        tangents=tangents,
     )
 
 
@@ -312,17 +314,25 @@ def _primitive(document: _Document, primitive: dict, finishes: dict, name: str) 
         values = document.accessor(attributes[key])[:, :width] if key in attributes else None
         return values if values is not None and values.shape == (len(vertices), width) else None
 
-    uvs = None
-    if finish.picture is not None and material is not None:
-        about = _base_texture(document.all("materials")[material])
+    def coordinates(about: dict) -> ndarray | None:
         shift = about.get("extensions", {}).get("KHR_texture_transform", {})
-        uvs = rows(f"TEXCOORD_{shift.get('texCoord', about.get('texCoord', 0))}", 2)
-        if uvs is not None:
-            uvs = _transformed(uvs.astype(float), shift) * (1, -1) + (0, 1)  # v upwards
+        found = rows(f"TEXCOORD_{shift.get('texCoord', about.get('texCoord', 0))}", 2)
+        return None if found is None else _transformed(found.astype(float), shift) * (1, -1) + (0, 1)  # v upwards
+
+    about = {} if material is None else document.all("materials")[material]
+    uvs = coordinates(_base_texture(about)) if finish.picture is not None else None
+    relief_uvs = coordinates(about["normalTexture"]) if finish.normal_map is not None else None
+    if finish.normal_map is not None and relief_uvs is None:
+        document.notes.append(
+            f"{document.path.name}: the normal map of {finish.name!r} is left out: {name!r} has no coordinates for it"
+        )
+        finish = replace(finish, normal_map=None)
     colours = rows("COLOR_0", 3)
     if colours is not None:
         colours = np.clip(colours.astype(np.float32), 0, 1)
-    return Part(vertices, faces, rows("NORMAL", 3), uvs, colours, finish, name)
+    # glTF: tangents without normals do not count
+    tangents = rows("TANGENT", 4) if relief_uvs is not None and "NORMAL" in attributes else None
+    return Part(vertices, faces, rows("NORMAL", 3), uvs, colours, finish, name, relief_uvs, tangents)
 
 
 def _transformed(uvs: ndarray, about: dict) -> ndarray:
@@ -340,7 +350,7 @@ def _base_texture(material: dict) -> dict:
 
 
 def _finish(document: _Document, index: int | None) -> Finish:
-    """Base colour and roughness of a material; what cannot be read is left out and noted."""
+    """Base colour, roughness and normal map of a material; what cannot be read is left out and noted."""
     if index is None:
         return Finish()
     about = document.all("materials")[index]
@@ -350,19 +360,23 @@ def _finish(document: _Document, index: int | None) -> Finish:
     factor = metallic.get("baseColorFactor") or specular.get("diffuseFactor") or (1.0, 1.0, 1.0, 1.0)
     albedo = tuple(np.clip(np.asarray(factor, float)[:3], 0, 1).tolist())
     roughness = metallic.get("roughnessFactor", 1 - specular["glossinessFactor"] if "glossinessFactor" in specular else 1.0)
-    texels = None
-    if texture := _base_texture(about):
+
+    def texels(texture: dict, what: str) -> ndarray | None:
         try:
-            texels = _picture(document, texture["index"])
+            return _picture(document, texture["index"]) if texture else None
         except (SdfprtError, KeyError, IndexError) as error:
             if "outside" in str(error) or "its own folder" in str(error):
                 raise
             document.notes.append(
-                f"{document.path.name}: the texture of material {name!r} is left out: {str(error).split(': ', 1)[-1]}"
+                f"{document.path.name}: the {what} of material {name!r} is left out: {str(error).split(': ', 1)[-1]}"
             )
+            return None
+
+    relief = about.get("normalTexture") or {}
     if about.get("alphaMode") in ("MASK", "BLEND"):
         document.notes.append(f"{document.path.name}: material {name!r} is taken as opaque")
-    return Finish(name, albedo, texels, exponent_of_roughness(float(roughness)))
+    base, normal_map = texels(_base_texture(about), "texture"), texels(relief, "normal map")
+    return Finish(name, albedo, base, exponent_of_roughness(float(roughness)), normal_map, float(relief.get("scale", 1.0)))
 
 
 def _picture(document: _Document, index: int) -> ndarray:

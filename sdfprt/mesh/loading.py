@@ -15,6 +15,7 @@ from sdfprt.maths import axes
 from sdfprt.mesh import gltf, obj, off, ply, stl
 from sdfprt.mesh.normals import smooth
 from sdfprt.mesh.parts import Content, Finish, Part
+from sdfprt.mesh.relief import tangents
 from sdfprt.mesh.repair import cross_of, repaired
 from sdfprt.mesh.scene import MeshScene
 
@@ -111,7 +112,11 @@ def scene_of(found: Content, place: str, **given: Any) -> MeshScene:
         number = np.where(wanted, at + len(table), number)
         table = np.concatenate([table, made])
     key, joined = np.unique(corner.ravel() * len(table) + number.ravel(), return_inverse=True)
-    vertex, normal = key // len(table), key % len(table)
+    vertex, normal, triangles = key // len(table), key % len(table), joined.reshape(-1, 3)
+    relief = None
+    if any(part.relief_uvs is not None for part in parts):
+        triangles, source, relief = _relief(parts, places[vertex], table[normal], vertex, triangles, each[mended.kept])
+        vertex, normal = vertex[source], normal[source]
     uvs, colours = _joined(parts, "uvs", 0.0), _joined(parts, "colours", 1.0)
 
     # Finishes that are the same object are one
@@ -123,7 +128,7 @@ def scene_of(found: Content, place: str, **given: Any) -> MeshScene:
         of_part.append(next(k for k, known in enumerate(finishes) if known is part.finish))
     return MeshScene(
         vertices=places[vertex].astype(np.float32),
-        faces=joined.reshape(-1, 3).astype(np.int32),
+        faces=triangles.astype(np.int32),
         normals=table[normal].astype(np.float32),
         two_sided=~mended.closed[mended.body],
         objects=each[mended.kept].astype(np.int32),
@@ -132,6 +137,7 @@ def scene_of(found: Content, place: str, **given: Any) -> MeshScene:
         finishes=tuple(finishes),
         uvs=None if uvs is None else uvs[vertex].astype(np.float32),
         colours=None if colours is None else colours[vertex].astype(np.float32),
+        relief=relief,
         shift=tuple(shift.tolist()),
         notes=tuple(notes),
         **given,
@@ -141,7 +147,9 @@ def scene_of(found: Content, place: str, **given: Any) -> MeshScene:
 def _upright(part: Part) -> Part:
     """A part whose vertical is z, in the world, where it is y."""
     turn = np.array([axes.to_world(each, "z") for each in np.eye(3)])
-    return replace(part, vertices=part.vertices @ turn, normals=None if part.normals is None else part.normals @ turn)
+    tangents = None if part.tangents is None else np.column_stack([part.tangents[:, :3] @ turn, part.tangents[:, 3:]])
+    normals = None if part.normals is None else part.normals @ turn
+    return replace(part, vertices=part.vertices @ turn, normals=normals, tangents=tangents)
 
 
 def near(vertices: ndarray, places: ndarray) -> tuple[ndarray, ndarray]:
@@ -156,7 +164,7 @@ def near(vertices: ndarray, places: ndarray) -> tuple[ndarray, ndarray]:
 
 def _looks(parts: list[Part]) -> bool:
     """Whether anything but normals belongs to vertices."""
-    return any(part.uvs is not None or part.colours is not None for part in parts)
+    return any(each is not None for part in parts for each in (part.uvs, part.colours, part.relief_uvs))
 
 
 def _normals(parts: list[Part]) -> ndarray | None:
@@ -164,6 +172,31 @@ def _normals(parts: list[Part]) -> ndarray | None:
     if all(part.normals is None for part in parts):
         return None
     return np.concatenate([np.full(part.vertices.shape, np.nan) if part.normals is None else part.normals for part in parts])
+
+
+def _relief(
+    parts: list[Part], places: ndarray, normals: ndarray, vertex: ndarray, triangles: ndarray, part: ndarray
+) -> tuple[ndarray, ndarray, ndarray]:
+    """Triangles whose vertices have one handedness each, of each vertex the old one, and MeshScene.relief.
+
+    `vertex` are the numbers of `places` and `normals` in the file; a file's own tangents are taken, turned with normals that were.
+    """
+    uvs = _joined(parts, "relief_uvs", 0.0)
+    mapped = np.array([each.relief_uvs is not None for each in parts])[part]
+    if uvs is None:
+        raise SdfprtError("no part has a normal map")
+    triangles, source, found = tangents(places, normals, uvs[vertex], triangles, mapped)
+    given = _joined(parts, "tangents", 0.0)
+    if given is not None:
+        own, file = given[vertex[source]], _normals(parts)
+        length = np.linalg.norm(own[:, :3], axis=1)
+        usable = (length > 1e-6) & np.isfinite(own).all(1) & (np.abs(found).sum(1) > 0)
+        along = (normals[source] * (0 if file is None else np.nan_to_num(file)[vertex[source]])).sum(1)
+        hand = np.where(along < 0, -1, 1) * np.where(own[:, 3] < 0, -1, 1)
+        own = np.column_stack([own[:, :3] / np.maximum(length, 1e-12)[:, None], hand])
+        found = np.where(usable[:, None], own, found)
+    there = np.where((np.abs(found).sum(1) > 0)[:, None], uvs[vertex[source]], 0.0)
+    return triangles, source, np.column_stack([found, there]).astype(np.float32)
 
 
 def _joined(parts: list[Part], name: str, rest: float) -> ndarray | None:

@@ -3,6 +3,8 @@
 Readers (ply, obj, stl, off, gltf) return parts; whatever mends triangles, finds normals or joins parts comes after them.
 """
 
+import functools
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -19,17 +21,35 @@ Colour = tuple[float, float, float]
 
 @dataclass(frozen=True, eq=False)
 class Finish:
-    """Of a material what the file has: linear albedo, times the picture (sRGB, row 0 at v = 1), and the Phong exponent."""
+    """Of a material what the file has: linear albedo, times the picture (sRGB, row 0 at v = 1), and the Phong exponent.
+
+    `normal_map` is in tangent space, as sdfprt.mesh.relief says; `normal_scale` multiplies its red and green.
+    """
 
     name: str = ""
     albedo: Colour | None = None
     picture: UInt8[ndarray, "h w 3"] | None = None
     exponent: float | None = None
+    normal_map: UInt8[ndarray, "h w 3"] | None = None
+    normal_scale: float = 1.0
+
+    @functools.cached_property
+    def reliefs(self) -> tuple[ndarray, ...]:
+        """The normal map, and its halves down to one texel: numbers in [-1, 1], not of unit length."""
+        if self.normal_map is None:
+            return ()
+        levels = [self.normal_map.astype(np.float32) * np.float32(2 / 255) - 1]
+        while max(levels[-1].shape[:2]) > 1:
+            levels.append(halved(levels[-1]))
+        return tuple(levels)
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Triangles of one finish. `uvs` have v upwards; `colours` are linear; `uvs`, `colours`, `normals` belong to vertices."""
+    """Triangles of one finish. `uvs` have v upwards; `colours` are linear; `uvs`, `colours`, `normals` belong to vertices.
+
+    `relief_uvs` are those of the finish's normal map, `tangents` the file's unit tangents there and a handedness of +1 or -1.
+    """
 
     vertices: Float[ndarray, "v 3"]
     faces: Int[ndarray, "f 3"]
@@ -38,6 +58,8 @@ class Part:
     colours: Float[ndarray, "v 3"] | None = None
     finish: Finish = field(default_factory=Finish)
     name: str = ""
+    relief_uvs: Float[ndarray, "v 2"] | None = None
+    tangents: Float[ndarray, "v 4"] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +101,29 @@ def picture(source: Path | bytes, name: str) -> UInt8[ndarray, "h w 3"]:
         raise
     except Exception as error:  # whatever Pillow raises for a file that is no picture
         raise SdfprtError(f"{name}: not a picture that can be read ({type(error).__name__})") from None
+
+
+def bilinear(
+    texels: ndarray, uvs: Float[ndarray, "n 2"], decode: Callable[[ndarray], ndarray] = np.asarray
+) -> Float[ndarray, "n c"]:
+    """What `decode` makes of the texels about places, bilinear: they repeat, row 0 lies at v = 1."""
+    height, width = texels.shape[:2]
+    x, y = uvs[:, 0] * width - 0.5, (1 - uvs[:, 1]) * height - 0.5
+    x0, y0 = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
+    fx, fy = (x - x0)[:, None], (y - y0)[:, None]
+    texel = lambda row, column: decode(texels[row % height, column % width])  # noqa: E731
+    top = texel(y0, x0) * (1 - fx) + texel(y0, x0 + 1) * fx
+    low = texel(y0 + 1, x0) * (1 - fx) + texel(y0 + 1, x0 + 1) * fx
+    return (top * (1 - fy) + low * fy).astype(np.float32)
+
+
+def halved(texels: Float[ndarray, "h w c"]) -> Float[ndarray, "i j c"]:
+    """A picture of half the rows and columns: means of 2 x 2 texels, at an odd end of those that are there."""
+    height, width = texels.shape[:2]
+    rows, columns = np.arange(0, height, 2), np.arange(0, width, 2)
+    sums = np.add.reduceat(np.add.reduceat(texels, rows, axis=0), columns, axis=1)
+    counts = np.minimum(height - rows, 2)[:, None] * np.minimum(width - columns, 2)
+    return (sums / counts[..., None]).astype(np.float32)
 
 
 def decoded(values: ndarray) -> Float[ndarray, "..."]:

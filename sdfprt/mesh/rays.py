@@ -122,9 +122,12 @@ def seen(scene: MeshScene, camera: Camera, size: tuple[int, int], samples: int =
 
 
 def shading_normals(
-    scene: MeshScene, faces: Int[ndarray, "n"], weights: Float[ndarray, "n 2"], front: Bool[ndarray, "n"]
+    scene: MeshScene,
+    faces: Int[ndarray, "n"],
+    weights: Float[ndarray, "n 2"],
+    front: Bool[ndarray, "n"],
+    halvings: Int[ndarray, "n"] | None = None,
 ) -> Float[ndarray, "n 3"]:
-    """Interpolated, of unit length, on the side that is seen."""
-    normals = scene.interpolated(scene.normals, faces, weights)
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    return (np.where(front[:, None], 1, -1) * normals / np.maximum(length, 1e-12)).astype(np.float32)
+    """`scene.front_normals`, on the side that is seen."""
+    normals = scene.front_normals(faces, weights, halvings)
+    return np.where(front[:, None], normals, -normals)

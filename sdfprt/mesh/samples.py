@@ -32,9 +32,10 @@ def sample(scene: MeshScene, n: int, seed: int = 0) -> tuple[Float[ndarray, "n 3
 
 
 def sample_held_out(scene: MeshScene, n: int, seed: int = 0) -> tuple[Float[ndarray, "n 3"], Float[ndarray, "n 3"]]:
-    """`n` vertices, those with two sides on either; points by area where the mesh has fewer, since its vertices lie on creases."""
+    """`n` vertices, those with two sides on either; points by area where the mesh has fewer, since its vertices lie on creases,
+    and where its normals are a map's."""
     count = len(scene.vertices)
-    if count < n:
+    if count < n or scene.relief is not None:
         return sample(scene, n, seed)
     random = np.random.default_rng(seed)
     chosen = random.permutation(count)[:n]

@@ -20,14 +20,20 @@ from sdfprt.imaging.camera import Camera
 from sdfprt.material.lobes import Diffuse, Material, Phong
 from sdfprt.maths import box
 from sdfprt.maths.box import Box, corner
-from sdfprt.mesh.parts import Finish, decoded
+from sdfprt.mesh.parts import Finish, bilinear, decoded
+from sdfprt.mesh.relief import mapped_normals
+from sdfprt.mesh.repair import cross_of
 
+_STEPS = 6  # of places along a triangle's sides at which its normal map is looked up for its vertices
 _AVERAGED = ((1 / 3, 1 / 3), (0.1, 0.1), (0.8, 0.1), (0.1, 0.8))  # weights of places whose mean is a triangle's albedo
 
 
 @dataclass(frozen=True, eq=False)
 class MeshScene:
-    """`faces` index `vertices`, `normals` (unit), `uvs` (v upwards) and `colours` (linear); of each face its object and finish."""
+    """`faces` index `vertices`, `normals` (unit), `uvs` (v upwards) and `colours` (linear); of each face its object and finish.
+
+    `relief`, of vertices whose finish has a normal map: unit tangent, handedness, place in the map (v upwards); else zeros.
+    """
 
     vertices: Float[ndarray, "v 3"]
     faces: Int[ndarray, "f 3"]
@@ -39,6 +45,7 @@ class MeshScene:
     finishes: tuple[Finish, ...] = (Finish(),)
     uvs: Float[ndarray, "v 2"] | None = None
     colours: Float[ndarray, "v 3"] | None = None
+    relief: Float[ndarray, "v 6"] | None = None
     name: str = "mesh"
     file: str = "mesh"
     folder: Path | None = None
@@ -86,10 +93,16 @@ class MeshScene:
 
     @functools.cached_property
     def hash(self) -> str:
-        """Of the surface: places, triangles, normals. Colours, camera and material do not count."""
+        """Of the surface: places, triangles, normals and their maps. Colours, camera and material do not count."""
         digest = hashlib.sha256(b"mesh")
         for values in (self.vertices, self.faces, self.normals, self.two_sided):
             digest.update(np.ascontiguousarray(values).data)
+        if self.relief is not None:
+            digest.update(np.ascontiguousarray(self.relief).data)
+            for number, each in self.mapped:
+                digest.update(f"{number} {each.normal_scale}".encode())
+                digest.update(np.ascontiguousarray(each.normal_map).data)
+            digest.update(np.ascontiguousarray(self.finish).data)
         return digest.hexdigest()[:16]
 
     @functools.cached_property
@@ -102,6 +115,11 @@ class MeshScene:
         for values in (self.finish, self.uvs, self.colours):
             digest.update(b"" if values is None else np.ascontiguousarray(values).data)
         return digest.hexdigest()[:16]
+
+    @property
+    def mapped(self) -> list[tuple[int, Finish]]:
+        """Finishes with a normal map, and their numbers."""
+        return [] if self.relief is None else [(k, each) for k, each in enumerate(self.finishes) if each.normal_map is not None]
 
     @property
     def doubled(self) -> Bool[ndarray, "v"]:
@@ -130,6 +148,66 @@ class MeshScene:
         corners = self.faces[faces]
         u, v = weights[:, :1], weights[:, 1:]
         return values[corners[:, 0]] * (1 - u - v) + values[corners[:, 1]] * u + values[corners[:, 2]] * v
+
+    def front_normals(
+        self, faces: Int[ndarray, "n"], weights: Float[ndarray, "n 2"], halvings: Int[ndarray, "n"] | None = None
+    ) -> Float[ndarray, "n 3"]:
+        """Unit shading normals of the fronts at places on triangles: interpolated, then a normal map's where the finish has one.
+
+        `halvings` say by how many levels the map is made coarser there, for places that stand for more than themselves.
+        """
+        normals = self.interpolated(self.normals, faces, weights)
+        normals = (normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)).astype(np.float32)
+        for number, each in self.mapped:
+            at = np.flatnonzero(self.finish[faces] == number)
+            if not len(at) or self.relief is None:
+                continue
+            there = self.interpolated(self.relief, faces[at], weights[at])
+            level = np.zeros(len(at), np.int64) if halvings is None else halvings[at].clip(0, len(each.reliefs) - 1)
+            found = np.empty((len(at), 3), np.float32)
+            for k in np.unique(level):
+                some = level == k
+                found[some] = bilinear(each.reliefs[k], there[some, 4:])
+            normals[at] = mapped_normals(normals[at], there[:, :4], found, each.normal_scale)
+        return normals
+
+    @functools.cached_property
+    def of_vertices(self) -> MeshScene:
+        """The scene with the normals of maps at its vertices, their means over the triangles about each, and without the maps."""
+        if self.relief is None:
+            return self
+        # Places spread over each triangle, each of which stands for a share of it
+        steps = np.arange(_STEPS)
+        u, v = ((k.ravel() + 1 / 3) / _STEPS for k in np.meshgrid(steps, steps, indexing="ij"))
+        u, v = u[u + v < 1], v[u + v < 1]
+        every = np.arange(len(self.faces))
+        sums = np.zeros((len(self.vertices), 3))
+        halvings = self.halvings(np.full(len(every), float(len(u))))
+        size = np.linalg.norm(cross_of(self.vertices.astype(np.float64), self.faces), axis=1)
+        for a, b in zip(u, v, strict=True):
+            normals = self.front_normals(every, np.tile(np.array([a, b], np.float32), (len(every), 1)), halvings)
+            for k, weight in enumerate((1 - a - b, a, b)):
+                np.add.at(sums, self.faces[:, k], weight * size[:, None] * normals)
+        length = np.linalg.norm(sums, axis=1, keepdims=True)
+        normals = np.where(length > 1e-12 * size.max(), sums / np.maximum(length, 1e-300), self.normals)
+        own = np.zeros(len(self.vertices), bool)
+        own[self.faces[np.isin(self.finish, [number for number, _ in self.mapped])].ravel()] = True
+        normals = np.where(own[:, None], normals, self.normals).astype(np.float32)
+        return replace(self, normals=normals, relief=None)
+
+    def halvings(self, areas: Float[ndarray, "f"]) -> Int[ndarray, "f"]:
+        """Of each triangle by how many levels to make its normal map coarser so that about `areas` texels of it cover it."""
+        found = np.zeros(len(self.faces), np.int64)
+        for number, each in self.mapped:
+            at = np.flatnonzero(self.finish == number)
+            if each.normal_map is None or self.relief is None:
+                continue
+            height, width = each.normal_map.shape[:2]
+            corners = self.relief[self.faces[at], 4:].astype(float) * (width, height)
+            a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+            texels = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2
+            found[at] = np.floor(np.log2(np.maximum(texels / np.maximum(areas[at], 1e-12), 1)) / 2)
+        return found
 
     def albedo(self, faces: Int[ndarray, "n"], weights: Float[ndarray, "n 2"]) -> Float[ndarray, "n 3"]:
         """Colour at places on triangles; the material's where the file has none."""
@@ -164,16 +242,9 @@ class MeshScene:
 
 
 def sampled(picture: ndarray, uvs: Float[ndarray, "n 2"]) -> Float[ndarray, "n 3"]:
-    """Linear colours of a picture of sRGB bytes: bilinear, repeated, row 0 at v = 1."""
-    height, width = picture.shape[:2]
-    x, y = uvs[:, 0] * width - 0.5, (1 - uvs[:, 1]) * height - 0.5
-    x0, y0 = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
-    fx, fy = (x - x0)[:, None], (y - y0)[:, None]
+    """Linear colours of a picture of sRGB bytes."""
     table = decoded(np.arange(256) / 255)
-    texel = lambda row, column: table[picture[row % height, column % width]]  # noqa: E731
-    top = texel(y0, x0) * (1 - fx) + texel(y0, x0 + 1) * fx
-    low = texel(y0 + 1, x0) * (1 - fx) + texel(y0 + 1, x0 + 1) * fx
-    return (top * (1 - fy) + low * fy).astype(np.float32)
+    return bilinear(picture, uvs, lambda texels: table[texels])
 
 
 def framed(vertices: Float[ndarray, "v 3"], bounds: Box) -> Camera:

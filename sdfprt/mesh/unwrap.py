@@ -77,7 +77,7 @@ def raster(scene: MeshScene, atlas: Atlas, sheet: int, resolution: int) -> Raste
     """The texels of a sheet, conservatively: each one whose square meets a triangle has one."""
     number = np.flatnonzero(atlas.sheet == sheet)
     corners = atlas.uvs[number].astype(float) * resolution
-    has_area = _area(corners) > 1e-12
+    has_area = area(corners) > 1e-12
     number, corners = number[has_area], corners[has_area]
     count = resolution * resolution
     nearest = np.full(count, np.inf)
@@ -126,7 +126,7 @@ def _fault(scene: MeshScene, corners: Float[ndarray, "f 3 2"], sheet: Int[ndarra
     if not np.isfinite(corners).all() or corners.min() < -1e-4 or corners.max() > 1 + 1e-4:
         return f"they leave [0, 1] ({corners.min():.4g} to {corners.max():.4g})"
     size = np.linalg.norm(cross_of(scene.vertices.astype(np.float64), scene.faces), axis=1)
-    lost = size[_area(corners.astype(float) * resolution) < 1e-6].sum() / max(size.sum(), 1e-300)
+    lost = size[area(corners.astype(float) * resolution) < 1e-6].sum() / max(size.sum(), 1e-300)
     if lost > 1e-3:
         return f"triangles with {lost:.1%} of the surface have no area there"
     atlas = Atlas(np.clip(corners, 0, 1), sheet)
@@ -176,7 +176,7 @@ def _made(scene: MeshScene, sheet: Int[ndarray, "f"], resolution: int) -> Float[
     return np.clip(result, 0, 1)
 
 
-def _area(corners: Float[ndarray, "f 3 2"]) -> Float[ndarray, "f"]:
+def area(corners: Float[ndarray, "f 3 2"]) -> Float[ndarray, "f"]:
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     return np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2
 

@@ -5,6 +5,8 @@ from contextlib import contextmanager
 
 import moderngl
 import numpy as np
+from jaxtyping import UInt8
+from numpy import ndarray
 
 from sdfprt.core.opengl import context
 from sdfprt.imaging.camera import Camera
@@ -17,7 +19,7 @@ from sdfprt.rendering.targets import Target
 from sdfprt.rendering.uniforms import set_camera, set_uniforms
 from sdfprt.rendering.units import SAMPLERS, Unit
 
-_ATTRIBUTES = ("place", "direction", "coordinates", "paint")
+_ATTRIBUTES = ("place", "direction", "coordinates", "paint", "tangent", "reliefCoordinates")
 _SRGB8 = 0x8C41
 _CLOSE = 1e-3  # nearest depth, of the farthest, where the camera is within the bounds
 
@@ -34,11 +36,12 @@ class MeshBuffers:
 
     def __init__(self, scene: MeshScene) -> None:
         gl, count = context(), len(scene.vertices)
-        rows = np.ones((count, 11), np.float32)
+        rows = np.ones((count, 17), np.float32)
         rows[:, :3], rows[:, 3:6] = scene.vertices, scene.normals
         rows[:, 6:8] = 0 if scene.uvs is None else scene.uvs
         if scene.colours is not None:
-            rows[:, 8:] = scene.colours
+            rows[:, 8:11] = scene.colours
+        rows[:, 11:] = 0 if scene.relief is None else scene.relief
         kind = scene.finish.astype(np.int64) * 2 + scene.two_sided
         order = np.argsort(kind, kind="stable")
         kinds, starts = np.unique(kind[order], return_index=True)
@@ -50,23 +53,26 @@ class MeshBuffers:
         self.vertices = gl.buffer(rows.tobytes())
         self.indices = gl.buffer(np.ascontiguousarray(scene.faces[order], np.uint32).tobytes())
         self.arrays = {pieces: self.array(programs().mesh_program(pieces)) for pieces in (MESH_DEPTH, MESH_SURFACE)}
-        self.pictures: dict[int, moderngl.Texture] = {}
-        if scene.uvs is not None:
-            for number, finish in enumerate(scene.finishes):
-                if finish.picture is not None:
-                    texels = np.ascontiguousarray(finish.picture)
-                    made = gl.texture(texels.shape[1::-1], 3, texels.tobytes(), alignment=1, internal_format=_SRGB8)
-                    made.filter = (moderngl.LINEAR, moderngl.LINEAR)
-                    self.pictures[number] = made
+        pictures = {k: each.picture for k, each in enumerate(scene.finishes) if each.picture is not None and scene.uvs is not None}
+        self.pictures = {k: _texture(texels, _SRGB8) for k, texels in pictures.items()}
+        self.reliefs = {k: _texture(each.normal_map) for k, each in scene.mapped if each.normal_map is not None}
 
     def array(self, program: moderngl.Program, *more: tuple) -> moderngl.VertexArray:
         """The triangles for a program, with `more` attributes; what it does not read is passed over."""
-        content = [(self.vertices, "3f 3f 2f 3f", *_ATTRIBUTES), *more]
+        content = [(self.vertices, "3f 3f 2f 3f 4f 2f", *_ATTRIBUTES), *more]
         return context().vertex_array(program, content, self.indices, skip_errors=True)
 
     def release(self) -> None:
-        for thing in (*self.arrays.values(), self.vertices, self.indices, *self.pictures.values()):
+        for thing in (*self.arrays.values(), self.vertices, self.indices, *self.pictures.values(), *self.reliefs.values()):
             thing.release()
+
+
+def _texture(texels: UInt8[ndarray, "h w 3"], internal_format: int | None = None) -> moderngl.Texture:
+    """A picture's texels on the GPU, repeated and bilinear."""
+    bytes_ = np.ascontiguousarray(texels).tobytes()
+    made = context().texture(texels.shape[1::-1], 3, bytes_, alignment=1, internal_format=internal_format)
+    made.filter = (moderngl.LINEAR, moderngl.LINEAR)
+    return made
 
 
 def place_camera(
@@ -101,18 +107,25 @@ def dress(
 ) -> None:
     """Uniforms of a group's finish; `albedo` and `exponent` where the file has none."""
     finish, texels = scene.finishes[group.finish], buffers.pictures.get(group.finish)
+    relief = buffers.reliefs.get(group.finish)
     if texels is not None:
         texels.use(Unit.PICTURE)
+    if relief is not None:
+        relief.use(Unit.RELIEF)
     plain = (1.0, 1.0, 1.0) if texels is not None or scene.colours is not None else albedo
     own = Phong().exponent if exponent is None else exponent
     set_uniforms(
         program,
-        ("finishAlbedo", "finishExponent", "painted", "picture", "twoSided"),  # by the material's lobes
+        # By the material's lobes; vertex storage has no maps of normals in its shaders
+        ("finishAlbedo", "finishExponent", "painted", "picture", "twoSided", "relieved", "normalMap", "normalScale"),
         finishAlbedo=finish.albedo or plain,
         finishExponent=own if finish.exponent is None else finish.exponent,
         painted=texels is not None,
         picture=SAMPLERS["picture"],
         twoSided=group.two_sided,
+        relieved=relief is not None,
+        normalMap=SAMPLERS["normalMap"],
+        normalScale=finish.normal_scale,
     )
 
 

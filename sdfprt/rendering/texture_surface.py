@@ -56,6 +56,7 @@ class TextureBuffers:
             faces=faces.reshape(-1, 3).astype(np.int32),
             uvs=None if scene.uvs is None else scene.uvs[vertex],
             colours=None if scene.colours is None else scene.colours[vertex],
+            relief=None if scene.relief is None else scene.relief[vertex],
         )
         self.buffers = MeshBuffers(self.mesh)
         self.at = gl.buffer(unique[:, 2:].astype(np.float32).tobytes())

@@ -13,6 +13,7 @@ class Unit(IntEnum):
     WEIGHTS = 4  # of the network
     TRANSFER = 4  # textures of a mesh, or a volume, where there is no network
     PICTURE = 5  # of a mesh's finish, in its first pass
+    RELIEF = 6  # its normal map
     SUN_DIFFUSE = 5  # what the discs of the light give, by rays
     SUN_GLOSSY = 6
     CONES = 7  # how far the coarse pass was free
@@ -28,6 +29,7 @@ SAMPLERS = {
     "environment": Unit.ENVIRONMENT,
     "networkWeights": Unit.WEIGHTS,
     "picture": Unit.PICTURE,
+    "normalMap": Unit.RELIEF,
     "transferTextures": Unit.TRANSFER,
     "volumeTexture": Unit.TRANSFER,
     "freeCones": Unit.CONES,

@@ -29,7 +29,7 @@ _CHUNK = 65_536  # samples that numpy shades at once
 @in_render_thread
 def draw(scene: MeshScene, table: VertexTable, light: Light, shot: Shot) -> Frame:
     """Draw with transfer of vertices, by OpenGL. Raises SdfprtError without OpenGL, and where the picture is not finite."""
-    gl = context()
+    gl, scene = context(), scene.of_vertices
     coefficients, strength = light_coefficients(light, shot, table.bands)
     options, material = shot.lighting, shot.material
     bands, results = options.light_bands or table.bands, options.result_bands or table.bands
@@ -69,6 +69,7 @@ def draw(scene: MeshScene, table: VertexTable, light: Light, shot: Shot) -> Fram
 def draw_by_rays(scene: MeshScene, table: VertexTable, light: Light, shot: Shot) -> Frame:
     """The same picture by rays and numpy."""
     shot.refuse_beyond("vertex storage without OpenGL", "dering", "light_bands", "result_bands", "suns", "gloss")
+    scene = scene.of_vertices
     coefficients, strength = light_coefficients(light, shot, table.bands)
     back, environment = rows(scene)[2], shading.Environment(light.pixels, light.rotation)
 

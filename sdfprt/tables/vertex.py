@@ -66,7 +66,11 @@ class VertexTable:
 
 
 def rows(scene: MeshScene) -> tuple[Float[ndarray, "r 3"], Float[ndarray, "r 3"], Int[ndarray, "v"]]:
-    """Points and normals of a table's rows, and of each vertex the row of its other side, -1 where it has none."""
+    """Points and normals of a table's rows, and of each vertex the row of its other side, -1 where it has none.
+
+    Where the scene has normal maps, a vertex has the mean of its surroundings, as in `scene.of_vertices`.
+    """
+    scene = scene.of_vertices
     doubled = np.flatnonzero(scene.doubled)
     back = np.full(len(scene.vertices), -1, np.int32)
     back[doubled] = len(scene.vertices) + np.arange(len(doubled))

@@ -1,6 +1,6 @@
 """Path tracing of meshes: first hits with their exact colours by rays, the rest of the paths in a kernel.
 
-What a path meets later has its triangle's mean colour: a texture's detail is in what is seen, not in what shines on it.
+What a path meets later has its triangle's mean colour and no normal map: detail is in what is seen, not in what shines on it.
 """
 
 import numpy as np
@@ -51,12 +51,13 @@ class MeshTracer:
         return total, squares, seen.astype(np.float64)
 
     def _first(self, directions: ndarray) -> tuple[ndarray, ndarray]:
-        """Rows of the kernel's `hits`: point, normals, direction, colour, exponent; which rays hit. Dark ones miss in the rows."""
+        """Rows of the kernel's `hits`: point, normals, direction, colour, exponent, least cosine of what leaves to the geometric
+        normal; which rays hit. Dark ones miss in the rows."""
         scene, hits = self.scene, rays.meet(self.scene, self.origin, directions)
         seen = hits.faces >= 0
         lit = seen & (hits.front | scene.two_sided[np.maximum(hits.faces, 0)])
         faces, weights, front = hits.faces[lit], hits.weights[lit], hits.front[lit]
-        first = np.zeros((len(directions), 16), np.float32)
+        first = np.zeros((len(directions), 17), np.float32)
         first[:, 11] = _MISS
         flat = cross_of(scene.vertices.astype(np.float64), scene.faces[faces])
         flat *= np.where(front, 1, -1)[:, None] / np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-300)
@@ -66,4 +67,5 @@ class MeshTracer:
         if self.own[0]:
             first[lit, 12:15] = scene.albedo(faces, weights)
         first[lit, 15] = scene.exponent(faces)
+        first[lit, 16] = np.where(np.isin(scene.finish[faces], [number for number, _ in scene.mapped]), 0.0, -2.0)
         return first, seen

@@ -4,10 +4,14 @@ in vec3 place;
 in vec3 direction;
 in vec2 coordinates;
 in vec3 paint;
+in vec4 tangent;
+in vec2 reliefCoordinates;
 out vec3 worldPoint;
 out vec3 worldNormal;
 out vec2 pictureAt;
 out vec3 vertexPaint;
+out vec4 worldTangent;
+out vec2 reliefAt;
 invariant gl_Position;  // the depth pass and the one after it see the same depths
 
 void main() {
@@ -16,4 +20,6 @@ void main() {
     worldNormal = direction;
     pictureAt = coordinates;
     vertexPaint = paint;
+    worldTangent = tangent;
+    reliefAt = reliefCoordinates;
 }

@@ -2,9 +2,9 @@
 vec3 shade(vec3 n, vec3 o, vec4 transfer[OUTPUTS], vec3 base, float s);
 void lobeFactors(float s, out float g[RESULT_BANDS]);
 void weightedBasis(vec3 d, float weights[RESULT_BANDS], out float y[4 * RESULTS]);
+vec3 shadingNormal();
 vec3 sunShade(vec3 base, vec3 diffuse, vec3 glossy);
 in vec3 worldPoint;
-in vec3 worldNormal;
 in vec2 pictureAt;
 in vec3 vertexPaint;
 in vec2 transferAt;
@@ -55,8 +55,7 @@ void main() {
     for (int i = 0; i < OUTPUTS; i++) transfer[i] = textureLod(transferTextures, vec3(transferAt, float(first + i)), level.x);
     vec3 colour = finishAlbedo * vertexPaint;
     if (painted) colour *= textureLod(picture, vec2(pictureAt.x, 1.0 - pictureAt.y), 0.0).rgb;
-    vec3 n = normalize(gl_FrontFacing ? worldNormal : -worldNormal);
-    vec3 o = normalize(eye - worldPoint);
+    vec3 n = shadingNormal(), o = normalize(eye - worldPoint);
     radiance.rgb = shade(n, o, transfer, colour, finishExponent);
     if (bounced) radiance.rgb += indirect(first + OUTPUTS, level.x, n, o, colour);
     ivec2 at = ivec2(gl_FragCoord.xy);

@@ -21,6 +21,7 @@ from sdfprt.baking.stages import Fit, Samples, Size
 from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.progress import track
+from sdfprt.material.colours import Bounces
 from sdfprt.maths.box import Box
 from sdfprt.mesh.samples import sample
 from sdfprt.mesh.scene import MeshScene
@@ -223,6 +224,7 @@ def fitted(
     target_psnr: float | None,
     stems: Sequence[Path],
     cluster: str | None = None,
+    bounces: Bounces | None = None,
 ) -> CellNets:
     """A network for each number in `cells`; `stems` name their working files. `cluster` has its workers fit those not there yet."""
 
@@ -233,7 +235,7 @@ def fitted(
         held = tuple(values[tested] for values in validation) if tested.sum() >= settings.Cells.held_out else None
         center, extent = box_of(cells, number, overlap)
         points, normals, transfer = (values[mine] for values in train)
-        return Fit((points, normals, transfer), held, size, center, extent, steps, seed, target_psnr)  # type: ignore[arg-type]
+        return Fit((points, normals, transfer), held, size, center, extent, steps, seed, target_psnr, bounces)  # type: ignore[arg-type]
 
     numbers = range(cells.networks)
     missing = [k for k in numbers if stages.fitted(stems[k]) is None]

@@ -1,5 +1,6 @@
 """The bake of a network: what is there already, samples, networks, asset; the only module that knows the order."""
 
+from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import asdict, replace
 from typing import Any
@@ -8,6 +9,7 @@ from sdfprt.baking import cells as divided
 from sdfprt.baking import cluster as workers
 from sdfprt.baking import search, stages
 from sdfprt.baking.asset import Asset, cached_path, find_asset
+from sdfprt.baking.bounces import check_colours, depends, with_bounces
 from sdfprt.baking.search import Fitted
 from sdfprt.baking.stages import Part, Samples, Size
 from sdfprt.baking.tables import bake_vertices
@@ -19,6 +21,8 @@ from sdfprt.core.cache import WORK, cache_folder, trim_work
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.limits import check_memory
 from sdfprt.light.light import Light
+from sdfprt.material.colours import MOST
+from sdfprt.material.lobes import Colour
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.network.fit import fit_bytes
 from sdfprt.network.stored import LAYERS, WIDTHS
@@ -61,6 +65,7 @@ def bake(
     light: Light | None = None,
     sampling: str = settings.Transfer.sampling,
     cells: int | str = "auto",
+    colours: Sequence[Colour] | None = None,
 ) -> Any:
     """The Asset of a scene: shipped, from the cache, or made now, resuming what an earlier call left unfinished.
 
@@ -76,6 +81,10 @@ def bake(
     settings.Cells.points of the samples and takes settings.Cells.steps of the steps of one network. auto: as many as the mesh
     needs, which is one for most; an SDF has one.
 
+    With `bounces` the network holds transfer of light that has bounced so often, up to that number, between diffuse parts whose
+    colours stay free (material.colours); `colours`, 8 at most, tell the parts of a surface with colours of its own apart, where the
+    default is its own few, or means of regions.
+
     `storage` "vertex" gives a VertexTable of a mesh, with `bounces` diffuse interreflections, or not `shadowed`; "texture" a
     TextureTable of `resolution` texels squared, one or one an object (`sets`: auto, one, object), or not `shadowed`; its
     `bounces` are those of one `light`. "volume" gives a VolumeTable of either kind of scene, `resolution` grid points along its
@@ -85,6 +94,8 @@ def bake(
     asked = divided.counted(cells)
     if asked is not None and storage != "network":
         raise SdfprtError(f"cells {cells}: {storage} storage has no networks; leave it out")
+    if storage != "network" and colours is not None:
+        raise SdfprtError(f"colours: {storage} storage has the scene's own inside; leave them out")
     if storage == "vertex":
         return bake_vertices(scene, bands or settings.Transfer.bands, rays, seed, bounces, shadowed, fresh, sampling)
     if storage == "texture":
@@ -95,28 +106,34 @@ def bake(
         return made
     if storage not in ("network", "volume"):
         raise SdfprtError(f"storage {storage}: there is no such one; there are network, vertex, texture and volume")
-    if bounces or not shadowed:
-        raise SdfprtError(f"a {storage} holds shadowed transfer without bounces; for others use storage vertex")
+    if not shadowed:
+        raise SdfprtError(f"a {storage} holds shadowed transfer; for unshadowed use storage vertex")
     if storage == "volume":
         if stages.marked(sampling):
             raise SdfprtError(f"sampling {sampling}: volume storage has directions of its own; leave it out")
+        if bounces:
+            raise SdfprtError("a volume holds transfer without bounces; use storage network or vertex")
         table = bake_volume(scene, bands or settings.Transfer.bands, rays, seed, resolution, fresh)
         trim_work(KEEP)
         return table
+    check_colours(scene, bounces, colours)
     bands = bands or settings.Transfer.bands
     rays = settings.Transfer.rays if rays is None else rays
     resolution = settings.Surface.resolution
     if preview:
         points, rays, steps, resolution = 30_000, 64, 800, 128
-    check_memory(f"bake: {points:,} points with {bands} bands", points * (fit_bytes(bands) + 24.0))
+    outputs = bands**2 * (1 + (MOST if bounces and scene.has_albedo else min(bounces, 1)) + (3 if bounces > 1 else 0))  # at most
+    held = points * (fit_bytes(outputs) + 24.0 + (8.0 * settings.Bounce.rays if bounces else 0))
+    check_memory(f"bake: {points:,} points with {bands} bands{f' and {bounces} bounces' if bounces else ''}", held)
     if asked is not None and asked > 1 and not isinstance(scene, MeshScene):
         raise SdfprtError(f"cells {asked}: {scene.file} is an SDF, and only meshes are cut into cells; leave it out")
 
     # What is there already
     recipe = (layers, bands, points, rays, steps, seed, target_psnr, *stages.marked(sampling))
     recipe += () if asked is None else (f"{asked} cells",)
-    usual = recipe == _usual()
-    path = cached_path(scene, width) if usual else cached_path(scene, width, stages.digest(width, *recipe))
+    inside = depends(scene, bounces, colours)
+    usual = recipe == _usual() and not inside
+    path = cached_path(scene, width) if usual else cached_path(scene, width, stages.digest(width, *recipe, *inside))
     if not fresh and (found := find_asset(scene, width) if usual else Asset.find(path, scene)):
         return found
 
@@ -128,17 +145,20 @@ def bake(
         points, steps = divided.points_of(points, count), max(round(steps * settings.Cells.steps), 1)
     traced, train, validation = _samples(scene, points, rays, bands, seed, resolution, cluster, sampling)
     parted = divided.merged(divided.even(scene.bounds, divided.cut(scene.bounds, count)), *train)
+    known = None
+    if bounces:
+        known, train, validation = with_bounces(scene, train, validation, traced, bounces, colours, seed)
     looks = search.views(scene, work, bands, seed) if target_psnr else []
 
     def fitted(size: Size, stop: float | None) -> Fitted:
-        key = stages.digest(traced, size, steps, stop, asdict(settings.Fit()), asdict(settings.Network()))
+        key = stages.digest(traced, inside, size, steps, stop, asdict(settings.Fit()), asdict(settings.Network()))
         if parted.networks > 1:
             own = [key, *map(repr, (parted.low, parted.side)), parted.owner.tolist(), asdict(settings.Cells())]
             stems = [work / f"fit-{stages.digest(*own, number)}" for number in range(parted.networks)]
-            net = divided.fitted(parted, train, validation, size, steps, seed, stop, stems, cluster)
+            net = divided.fitted(parted, train, validation, size, steps, seed, stop, stems, cluster, known)
         else:
             x, y, z = map(float, scene.center)
-            task = stages.Fit(train, validation, size, (x, y, z), scene.extent, steps, seed, stop)
+            task = stages.Fit(train, validation, size, (x, y, z), scene.extent, steps, seed, stop, known)
             net = stages.network(work / f"fit-{key}", task)
         reached = {"validation_psnr": net.info["validation_psnr"]}
         return Fitted(size, net, reached | ({"view_psnr": search.view_psnr(net, looks)} if looks else {}))

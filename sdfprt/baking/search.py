@@ -106,6 +106,6 @@ def views(scene: AnyScene, work: Path, bands: int, seed: int) -> list[View]:
 def view_psnr(net: AnyNet, views: list[View]) -> float:
     """PSNR of the network's pictures, dB, over the hit pixels of all views together; the peak is robust_peak of the exact ones."""
     truth = np.concatenate([view.truth for view in views])
-    ours = np.concatenate([view.radiance(net.predict(view.points, view.normals)) for view in views])
+    ours = np.concatenate([view.radiance(net.predict(view.points, view.normals)[:, : net.bands**2]) for view in views])
     error = max(float(np.mean((ours - truth) ** 2)), 1e-20)
     return float(10 * np.log10(robust_peak(truth) ** 2 / error))

@@ -20,6 +20,7 @@ from sdfprt.core.cache import regular_file
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
 from sdfprt.core.progress import track
+from sdfprt.material.colours import Bounces
 from sdfprt.maths.sequences import SAMPLINGS
 from sdfprt.mesh import samples as mesh_samples
 from sdfprt.mesh.scene import MeshScene
@@ -165,6 +166,7 @@ class Fit:
     steps: int
     seed: int
     target_psnr: float | None
+    bounces: Bounces | None = None
 
 
 def fit(task: Fit, checkpoint: Path | None = None, label: str = "") -> TransferNet:
@@ -180,6 +182,7 @@ def fit(task: Fit, checkpoint: Path | None = None, label: str = "") -> TransferN
         validation=task.validation,
         checkpoint=checkpoint,
         label=label,
+        bounces=task.bounces,
     )
 
 

@@ -47,6 +47,12 @@ class Transfer:
 
 
 @dataclass(frozen=True)
+class Bounce:
+    rays: int = 32  # a point that look for what light bounces off; the fit averages them
+    held_out_rays: int = 256  # the same of a point of validation
+
+
+@dataclass(frozen=True)
 class Lattice:
     cells: int = 48  # coarse ones along the longest side of the bounds
     near: float = 5e-5  # largest error of a plane at the surface, of the scene

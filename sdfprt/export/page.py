@@ -43,6 +43,7 @@ from sdfprt.rendering.pieces import (
     piece,
     renamed,
     scene_uniforms,
+    shader_layers,
     shadow_uniforms,
     sun_uniforms,
     weights_texture,
@@ -53,7 +54,7 @@ from sdfprt.sdf.es import VERSION, es_source
 from sdfprt.sdf.scene import Scene
 from sdfprt.sdf.textures import Texels
 
-PIECES = ("camera", "trace", "normal", "network", "sh", "shade", "suns", "picture")
+PIECES = ("camera", "trace", "normal", "network", "sh", "shade", "bounced", "suns", "picture")
 _TOY_INPUTS = (
     "uniform vec3 iResolution; uniform float iTime; uniform float iTimeDelta; uniform float iFrameRate; uniform int iFrame;\n"
     "uniform float iChannelTime[4]; uniform vec3 iChannelResolution[4]; uniform vec4 iMouse; uniform vec4 iDate;\n"
@@ -196,7 +197,7 @@ def export_shadertoy(
         }
     )
     halves = weights_texture(net).astype(np.float16).reshape(-1).view(np.uint32).reshape(-1, 4)
-    used = -(-(4 * block_count(net) + sum(-(-len(b) // 4) for _, b in net.weights)) // 2)
+    used = -(-(4 * block_count(net) + sum(-(-len(b) // 4) for _, b in shader_layers(net))) // 2)
     rows = [f"uvec4({','.join(f'{x}u' for x in row)})" for row in halves[:used]]
     pieces = "\n".join(piece(name) for name in (*PIECES, "toy"))
     ours = "\n".join(

@@ -6,6 +6,7 @@
 A renderer that cannot honour an option refuses it (`Shot.refuse_beyond`): none is ever ignored.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, Protocol, runtime_checkable
 
@@ -17,7 +18,8 @@ from sdfprt.core.arguments import check_fields
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.limits import check_memory
 from sdfprt.imaging.camera import Camera
-from sdfprt.material.lobes import Material
+from sdfprt.material.colours import MOST
+from sdfprt.material.lobes import Colour, Material
 from sdfprt.maths import sh
 
 PRODUCTS = ("tpfl", "tp")
@@ -33,7 +35,8 @@ class Lighting:
     `gloss`: `exact` light and lobe, `sh` all in spherical harmonics, as the papers have it; None is exact but where bands of light
     or result are given, which only `sh` has. `suns="off", gloss="sh"` is the papers' picture. `product`, with gloss sh: `tpfl`, the
     light fixed in one matrix a frame, or `tp`, the whole triple product in each fragment; the same picture. Bands default to those
-    of transfer. `dering` windows the light's coefficients until they are nowhere negative.
+    of transfer. `dering` windows the light's coefficients until they are nowhere negative. `colours` take the place of the table of
+    parts that a network with bounces was baked with.
     """
 
     dering: bool = False
@@ -42,6 +45,7 @@ class Lighting:
     product: str = settings.Render.product
     suns: str | int = settings.Render.suns
     gloss: str | None = None
+    colours: Sequence[Colour] | None = None
 
     def __post_init__(self) -> None:
         if self.gloss not in (None, *GLOSSES):
@@ -52,6 +56,11 @@ class Lighting:
             raise SdfprtError(f"suns {self.suns}: give auto, off or a number from 0 to {settings.Suns.most}")
         if self.product not in PRODUCTS:
             raise SdfprtError(f"product {self.product}: there is no such one; there are {' and '.join(PRODUCTS)}")
+        check_fields(self, colours=(0, 1e6))
+        if self.colours is not None:
+            if not 1 <= len(self.colours) <= MOST:
+                raise SdfprtError(f"{len(self.colours)} colours: a table has 1 to {MOST}")
+            object.__setattr__(self, "colours", tuple(tuple(map(float, colour)) for colour in self.colours))
         for name, bands in (("light", self.light_bands), ("result", self.result_bands)):
             if bands is not None and not 1 <= bands <= sh.MAX_BANDS:
                 raise SdfprtError(f"{name} bands {bands}: give 1 to {sh.MAX_BANDS}")

@@ -21,12 +21,14 @@ class PreparedLight:
     """`suns` in world directions; of the rest SH `coefficients` in the world, `dering` the strength of their window, maps.
 
     `environment` is the light whole, where the material reflects it.
+    `whole` are the coefficients of all of the light: what bounces off other surfaces has no rays to the suns.
     """
 
     suns: Suns
     coefficients: Float[ndarray, "k 3"]
     dering: float
     exact: ExactLight | None
+    whole: Float[ndarray, "k 3"]
     environment: Environment | None = None
 
 
@@ -40,9 +42,10 @@ def prepare(light: Light, lighting: Lighting, material: Material, bands: int, va
         rest = light
     of_light = lighting.light_bands or bands
     coefficients, strength = rest.sh_dered(of_light) if lighting.dering else (rest.sh(of_light), 0.0)
+    whole = coefficients if rest is light else light.sh_dered(of_light)[0] if lighting.dering else light.sh(of_light)
     exact = _exact(rest, material, bands, varying) if lighting.exact else None
-    whole = Environment(light.pixels, light.rotation) if reflects(material) else None
-    return PreparedLight(suns, coefficients, strength, exact, whole)
+    environment = Environment(light.pixels, light.rotation) if reflects(material) else None
+    return PreparedLight(suns, coefficients, strength, exact, whole, environment)
 
 
 def _exact(light: Light, material: Material, bands: int, varying: bool) -> ExactLight:

@@ -15,11 +15,13 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from sdfprt.core.errors import SdfprtError
+from sdfprt.material.colours import Bounced, recoloured
 from sdfprt.material.lobes import Diffuse, Material, Reflection
 from sdfprt.maths import sh
 
 OPEN = np.pi * 0.5 / np.sqrt(np.pi)  # T_0 under an open sky
 _CHUNK = 1 << 16  # rows that read maps together
+_CLOSED = 0.02  # of the directions, at least, that bounced light comes from
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,6 +138,27 @@ def reflection(
     return colour * _mirrored(environment, mirrored, lambda values: np.asarray(values, float)) if colour.any() else 0 * mirrored
 
 
+def _bounced_light(transfer: Any, bounced: Bounced, beside: Any) -> tuple[Any, Any]:
+    """Direct transfer, and what bounces bring to a white diffuse surface."""
+    count = transfer.shape[1] // (1 + len(bounced.weights))
+    light = beside(diffuse_vector(bounced.light, round(count**0.5)))
+    arriving, weights = 0.0, beside(bounced.weights)
+    for number in range(len(weights)):
+        arriving = arriving + weights[number] * (transfer[:, (number + 1) * count : (number + 2) * count] @ light)
+    return transfer[:, :count], sh.module_of(transfer).clip(arriving, 0, None)
+
+
+def _seen_closed(transfer: Any, normals: Any, mirrored: Any, exponent: Any, beside: Any) -> Any:
+    """What a white lobe sends of bounced light, over what a white diffuse surface does.
+
+    It comes evenly from where direct transfer is not open: the lobe's share of that, over that under the cosine.
+    """
+    xp, bands = sh.module_of(transfer), round(transfer.shape[1] ** 0.5)
+    lobe = sh.basis(mirrored, bands) * beside(lobe_factors(exponent, bands))[..., sh.band_of(bands)]
+    met = (lobe * (sh.clamped_cosine(normals, bands) - transfer)).sum(1)[:, None]
+    return xp.clip(met, 0, 1) / xp.clip(1 - transfer[:, :1] / OPEN, _CLOSED, None)
+
+
 def shade(
     transfer: Float[Any, "n i"],
     normals: Float[Any, "n 3"],
@@ -148,13 +171,14 @@ def shade(
     exact: ExactLight | None = None,
     sunlight: tuple[Float[Any, "n 3"], Float[Any, "n 3"]] | None = None,
     environment: Environment | None = None,
+    bounced: Bounced | None = None,
 ) -> Float[Any, "n 3"]:
     """Radiance along `outgoing` (unit, from the surface to the eye), never below 0.
 
-    Colours a point where given, else the material's. `exact` takes the place of the SH of light and lobe, `sunlight` are the sums
-    over the light's discs for a white diffuse surface and for a white lobe, `environment` is what reflection mapping shows, which
-    has no part in either. All of numpy (the result in double precision), or all
-    of torch.
+    With `bounced` the transfers of bounces follow the direct one in columns of `transfer`. Colours a point where given, else the
+    material's. `exact` takes the place of the SH of light and lobe, `sunlight` are the sums over the light's discs for a white
+    diffuse surface and for a white lobe, `environment` is what reflection mapping shows, which has no part in either. All of numpy
+    (the result in double precision), or all of torch.
     """
     xp = sh.module_of(transfer)
 
@@ -162,6 +186,11 @@ def shade(
         """Where the points are, and of their type."""
         return np.asarray(values, float) if xp is np else xp.as_tensor(values, dtype=transfer.dtype, device=transfer.device)
 
+    arriving = None
+    if bounced is not None:
+        transfer, arriving = _bounced_light(transfer, bounced, beside)
+        if albedo is not None:
+            albedo = recoloured(albedo, beside(bounced.before), beside(bounced.now))
     bands = round(transfer.shape[1] ** 0.5)
     results = result_bands or bands
     total, direct = beside(np.zeros((len(transfer), 3))), beside(np.zeros((len(transfer), 3)))
@@ -174,6 +203,7 @@ def shade(
                 soft = soft + openness * _lookup(beside(exact.open_light), normals @ beside(exact.rotation))
             total += colour * soft
             direct += colour * sunlight[0] if sunlight is not None else 0.0
+            direct += colour * arriving if arriving is not None else 0.0
             continue
         mirrored = 2 * (normals * outgoing).sum(1)[:, None] * normals - outgoing
         mirrored = mirrored / ((mirrored * mirrored).sum(1) ** 0.5)[:, None]
@@ -189,6 +219,8 @@ def shade(
             reflected = xp.stack([((transfer @ matrix[c].T) * weight).sum(1) for c in range(3)], -1)
         total += beside(lobe.specular) * reflected
         direct += beside(lobe.specular) * sunlight[1] if sunlight is not None else 0.0
+        if arriving is not None:
+            direct += beside(lobe.specular) * arriving * _seen_closed(transfer, normals, mirrored, s, beside)
     return xp.clip(total, 0, None) + direct  # cut-off series dip below zero
 
 

@@ -145,6 +145,12 @@ def triple_product(bi: int, bj: int, bk: int) -> Float[ndarray, "i j k"]:
 
 
 @checked(bands=(1, 2 * MAX_BANDS))
+def clamped_cosine(normals: Float[Any, "*n 3"], bands: int) -> Float[Any, "*n k"]:
+    """Of max(n.w, 0) about each unit normal (Ramamoorthi and Hanrahan 2001), of numpy or torch."""
+    zonal = (cosine_zonal(bands) * np.sqrt(4 * np.pi / (2 * np.arange(bands) + 1)))[band_of(bands)]
+    return basis(normals, bands) * (zonal if module_of(normals) is np else normals.new_tensor(zonal))
+
+
 def cosine_zonal(bands: int) -> Float[ndarray, "n"]:
     """f_l of the clamped cosine: the integral of max(cos, 0) y_l0 (Ramamoorthi and Hanrahan 2001)."""
     return _zonal(lambda z: z, bands)

@@ -11,7 +11,7 @@ import functools
 import hashlib
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,7 @@ from numpy import ndarray
 from sdfprt.core.arguments import checked
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
+from sdfprt.material.colours import Bounces
 from sdfprt.maths.sh import module_of
 from sdfprt.network.mlp import TransferNet, contents, network_of
 from sdfprt.network.stored import CELLS_FORMAT, CellsHeader, cell_tensors, checksum, parse_cells_header
@@ -94,6 +95,10 @@ class CellNets:
         return self.nets[0].bands
 
     @property
+    def bounces(self) -> Bounces | None:
+        return self.nets[0].bounces
+
+    @property
     def scale(self) -> Float[ndarray, "k"]:
         """The largest of each coefficient."""
         return np.max([net.scale for net in self.nets], axis=0)
@@ -141,6 +146,7 @@ class CellNets:
             "normal_frequencies": one.normal_frequencies,
             "bands": one.bands,
             "info": self.info,
+            **({"bounces": asdict(self.bounces)} if self.bounces else {}),
             **metadata,
             "checksum": checksum(tensors),
         }

@@ -27,6 +27,7 @@ from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
 from sdfprt.core.limits import check_memory
 from sdfprt.core.settings import Fit, Network
+from sdfprt.material.colours import Bounces
 from sdfprt.network.cells import CellNets
 from sdfprt.network.importance import coefficient_weights, importance
 from sdfprt.network.mlp import TransferNet, encode
@@ -75,8 +76,11 @@ def fit_transfer(
     target_psnr: float | None = None,
     device: str | None = None,
     label: str = "",
+    bounces: Bounces | None = None,
 ) -> TransferNet:
     """Train a network on transfer (N, bands**2) at points with unit normals (learnt transfer, Sec. 3.2).
+
+    With `bounces` there are bands**2 columns more for each transfer of theirs.
 
     `validation` holds (points, normals, transfer) that are not trained on; without it every 20th sample is put aside.
     The error there is `info["validation_rmse"]` and `info["validation_psnr"]`; training ends early where the latter
@@ -85,9 +89,10 @@ def fit_transfer(
     seconds; where it exists, training goes on from it to the result that an undisturbed run would have had. `label` names the
     progress. Raises SdfprtError for samples that do not fit together or are not finite.
     """
-    bands = _check(points, normals, transfer)
+    bands = _check(points, normals, transfer, 1 + (bounces.transfers if bounces else 0))
     check_memory(
-        f"fit_transfer: {len(points):,} samples", len(points) * fit_bytes(bands, position_frequencies + normal_frequencies)
+        f"fit_transfer: {len(points):,} samples",
+        len(points) * fit_bytes(transfer.shape[1], position_frequencies + normal_frequencies),
     )
     device = device or ("cuda" if torch.cuda.is_available() else "cpu")
     if center is None or extent is None:
@@ -127,10 +132,13 @@ def fit_transfer(
             position_frequencies,
             normal_frequencies,
             bands,
+            bounces=bounces,
         )
 
     batch = min(batch, len(x))
-    counted = torch.as_tensor(coefficient_weights(bands), dtype=torch.float32, device=device)
+    counted = torch.as_tensor(
+        np.tile(coefficient_weights(bands), transfer.shape[1] // bands**2), dtype=torch.float32, device=device
+    )
     slopes = 2 * counted * to_scale.square() / batch
     with (
         descend(sizes, state["weights"], state["biases"], features, target, slopes) as descent,
@@ -155,9 +163,9 @@ def fit_transfer(
     return replace(net, info=about)
 
 
-def fit_bytes(bands: int, octaves: int = Network.position_frequencies + Network.normal_frequencies) -> float:
+def fit_bytes(outputs: int, octaves: int = Network.position_frequencies + Network.normal_frequencies) -> float:
     """Bytes that one sample takes during a fit: its features and targets, and the arrays that these are computed from."""
-    return 4.0 * (2 * (6 + 6 * octaves) + 4 * bands**2 + 24)
+    return 4.0 * (2 * (6 + 6 * octaves) + 4 * outputs + 24)
 
 
 def measure(net: TransferNet | CellNets, points: ndarray, normals: ndarray, transfer: ndarray) -> dict[str, float]:
@@ -167,10 +175,10 @@ def measure(net: TransferNet | CellNets, points: ndarray, normals: ndarray, tran
     return {"validation_rmse": rmse, "validation_psnr": 20 * math.log10(float(transfer[:, 0].max()) / max(rmse, 1e-12))}
 
 
-def _check(points: ndarray, normals: ndarray, transfer: ndarray) -> int:
+def _check(points: ndarray, normals: ndarray, transfer: ndarray, transfers: int) -> int:
     """The number of bands. Raises SdfprtError for samples that do not fit together, are too few or are not finite."""
-    bands = math.isqrt(transfer.shape[-1])
-    if points.shape != normals.shape or len(points) != len(transfer) or bands**2 != transfer.shape[-1]:
+    bands = math.isqrt(transfer.shape[-1] // transfers)
+    if points.shape != normals.shape or len(points) != len(transfer) or transfers * bands**2 != transfer.shape[-1]:
         shapes = f"points {points.shape}, normals {normals.shape}, transfer {transfer.shape}"
         raise SdfprtError(f"fit_transfer: {shapes}; expected (N, 3), (N, 3), (N, bands**2)")
     if len(points) < 2 * _HELD_OUT:

@@ -11,7 +11,7 @@ import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,7 @@ from numpy import ndarray
 from sdfprt.core.arguments import checked
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
+from sdfprt.material.colours import Bounces
 from sdfprt.maths.sh import module_of
 from sdfprt.network.stored import FORMAT, MAX_BYTES, check_tensors, checksum, parse_header
 
@@ -73,7 +74,10 @@ def activate(layers: Sequence[tuple[Any, Any]], features: Float[Any, "n f"]) -> 
 
 @dataclass(frozen=True, eq=False)
 class TransferNet:
-    """`weights`: (W (out, in), b (out,)) a layer; `scale` (bands**2,); `info`: how it was fitted, its error."""
+    """`weights`: (W (out, in), b (out,)) a layer; `scale` (outputs,); `info`: how it was fitted, its error.
+
+    Outputs are bands**2 coefficients of direct transfer and, where it has `bounces`, as many of each transfer of theirs.
+    """
 
     weights: list[tuple[ndarray, ndarray]]
     scale: Float[ndarray, "k"]
@@ -83,6 +87,7 @@ class TransferNet:
     normal_frequencies: int
     bands: int
     info: dict = field(default_factory=dict)
+    bounces: Bounces | None = None
 
     @functools.cached_property
     def digest(self) -> str:
@@ -95,7 +100,7 @@ class TransferNet:
 
     @checked(finite=False)
     def predict(self, points: Float[ndarray, "n 3"], normals: Float[ndarray, "n 3"]) -> Float[ndarray, "n k"]:
-        """Transfer at surface points with unit normals, in batches that stay in cache."""
+        """Transfer at surface points with unit normals, in batches that stay in cache; that of bounces after the direct one."""
         if len(points) != len(normals):
             raise SdfprtError(f"TransferNet.predict: {len(points)} points and {len(normals)} normals; give as many of each")
         out = np.empty((len(points), len(self.scale)), np.float32)
@@ -122,6 +127,7 @@ class TransferNet:
             "normal_frequencies": self.normal_frequencies,
             "bands": self.bands,
             "info": self.info,
+            **({"bounces": asdict(self.bounces)} if self.bounces else {}),
         }
 
     @checked()
@@ -183,4 +189,5 @@ def network_of(text: str, tensors: Mapping[str, ndarray]) -> TransferNet:
         header.normal_frequencies,
         header.bands,
         json.loads(text).get("info", {}),
+        header.known_bounces,
     )

@@ -13,14 +13,18 @@ import numpy as np
 from numpy import ndarray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from sdfprt.material.colours import MOST, Bounces
+
 FORMAT = "sdfprt-transfer-1"
 CELLS_FORMAT = "sdfprt-cells-1"
 MAX_CELLS = 1024  # of a scene
 MAX_BYTES = 256 << 20  # of a file: ten times the largest network that a bake makes
 WIDTHS, LAYERS, OCTAVES, BANDS = (4, 1024), (2, 32), (0, 20), (1, 8)  # lowest and highest of what is fitted
+BOUNCES = 64  # at most
 
 Coordinate = Annotated[float, Field(ge=-1e12, le=1e12)]
 Length = Annotated[float, Field(ge=1e-12, le=1e12)]
+Reflectance = Annotated[float, Field(ge=0, le=1e6)]
 Octaves = Annotated[int, Field(ge=OCTAVES[0], le=OCTAVES[1])]
 
 
@@ -57,6 +61,15 @@ class Info(BaseModel):
     curve: list[SizeRow] | None = None
 
 
+class BounceTable(_Strict):
+    """What `material.colours.Bounces` holds."""
+
+    count: Annotated[int, Field(ge=1, le=BOUNCES)]
+    colours: Annotated[list[tuple[Reflectance, Reflectance, Reflectance]], Field(min_length=1, max_length=MOST)]
+    deeper: Literal[0, 1, 3] = 0
+    sent: list[Annotated[float, Field(ge=0, le=1e6)]] = []
+
+
 class Header(_Strict):
     """The JSON in a file's header; `center` and `extent` in scene units map the scene into [-1, 1]^3."""
 
@@ -67,6 +80,7 @@ class Header(_Strict):
     normal_frequencies: Octaves
     bands: Annotated[int, Field(ge=BANDS[0], le=BANDS[1])]
     info: Info = Info()
+    bounces: BounceTable | None = None
     scene_hash: str = ""
     checksum: str = ""  # of the tensors; files of earlier versions have none
 
@@ -74,6 +88,17 @@ class Header(_Strict):
     def inputs(self) -> int:
         """Features of a point and a normal."""
         return 6 + 6 * (self.position_frequencies + self.normal_frequencies)
+
+    @property
+    def known_bounces(self) -> Bounces | None:
+        """As a network has them."""
+        table = self.bounces
+        return table and Bounces(table.count, tuple(table.colours), table.deeper, tuple(table.sent))
+
+    @property
+    def outputs(self) -> int:
+        """Coefficients of direct transfer and of that of bounces."""
+        return self.bands**2 * (1 + (self.known_bounces.transfers if self.known_bounces else 0))
 
 
 class CellsHeader(_Strict):
@@ -87,6 +112,7 @@ class CellsHeader(_Strict):
     normal_frequencies: Octaves
     bands: Annotated[int, Field(ge=BANDS[0], le=BANDS[1])]
     info: Info = Info()
+    bounces: BounceTable | None = None
     scene_hash: str = ""
     checksum: str = ""
 
@@ -126,7 +152,7 @@ def check_tensors(tensors: Mapping[str, ndarray], header: Header) -> int:
     width = first.shape[0] if first.ndim == 2 else 0
     if not 1 <= width <= WIDTHS[1]:
         raise ValueError(f"weight0 has the shape {first.shape}; layers have 1 to {WIDTHS[1]} neurons")
-    outputs = header.bands**2
+    outputs = header.outputs
     sizes = [header.inputs, *[width] * (layers - 1), outputs]
     shapes = {"scale": (outputs,)}
     for k, (before, after) in enumerate(pairwise(sizes)):
@@ -166,7 +192,7 @@ def cell_tensors(tensors: Mapping[str, ndarray], header: CellsHeader) -> list[tu
         if values.ndim < 1 or len(values) != count:
             raise ValueError(f"{name} has the shape {values.shape}; there are {count} networks")
     octaves = {"position_frequencies": header.position_frequencies, "normal_frequencies": header.normal_frequencies}
-    text = {"format": FORMAT, **octaves, "bands": header.bands}
+    text = {"format": FORMAT, **octaves, "bands": header.bands, "bounces": header.bounces and header.bounces.model_dump()}
     places = ({"center": center[k].tolist(), "extent": float(extent[k])} for k in range(count))
     return [
         (parse_header(json.dumps(text | place)), {name: values[k] for name, values in stacks.items()})

@@ -16,6 +16,7 @@ from sdfprt.imaging.shot import Frame, Shot
 from sdfprt.light.light import Light
 from sdfprt.light.prepared import PreparedLight, prepare
 from sdfprt.light.suns import Suns
+from sdfprt.material.colours import Bounced, bounced
 from sdfprt.material.lobes import Material, parts
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.network.cells import AnyNet, CellNets
@@ -24,7 +25,15 @@ from sdfprt.rendering.mesh_surface import raster_tile
 from sdfprt.rendering.pieces import BACKGROUND, FREE, GRAIN, sun_uniforms
 from sdfprt.rendering.programs import on_cpu, programs
 from sdfprt.rendering.targets import Target, environment_texture
-from sdfprt.rendering.uniforms import set_camera, set_environment, set_exact, set_light, set_material, set_uniforms
+from sdfprt.rendering.uniforms import (
+    bounced_uniforms,
+    set_camera,
+    set_environment,
+    set_exact,
+    set_light,
+    set_material,
+    set_uniforms,
+)
 from sdfprt.rendering.units import SAMPLERS, Unit
 from sdfprt.sdf.kinds import AnyScene
 from sdfprt.tables.texture import TextureTable
@@ -76,6 +85,12 @@ def light_coefficients(light: Light, shot: Shot, net_bands: int) -> tuple[Float[
 def prepared(scene: AnyScene, net: AnyNet | TextureTable | VolumeTable, light: Light, shot: Shot) -> PreparedLight:
     """The light taken apart for a shot."""
     return prepare(light, shot.lighting, shot.material, net.bands, scene.has_exponent)
+
+
+def bounced_of(scene: AnyScene, net: AnyNet | VolumeTable, shot: Shot, lit: PreparedLight) -> Bounced | None:
+    """How a shot joins the network's bounces; None where it has none."""
+    known = None if isinstance(net, VolumeTable) else net.bounces
+    return bounced(known, scene.has_albedo, shot.material, lit.whole, shot.lighting.colours, scene.file)
 
 
 def checked(pixels: Float[ndarray, "h w 4"], scene: AnyScene) -> Float[ndarray, "h w 4"]:
@@ -185,6 +200,8 @@ def lit_tiles(
     if lit.exact is not None:
         set_exact(lighting, lit.exact)
     set_material(lighting, scene, shot.material)
+    bounces = bounced_uniforms(bounced_of(scene, net, shot, lit), net.bands)
+    set_uniforms(lighting, bounces, **bounces)  # by the material's lobes
     set_uniforms(lighting, ("eye", "sunlit"), eye=tuple(shot.camera.eye), sunlit=len(lit.suns) > 0)
     behind = programs().fixed_program(BACKGROUND) if shot.background else None
     environment = None

@@ -27,7 +27,7 @@ from sdfprt.tables.volume import LIFT, VolumeTable, cosine_product
 
 VERSION = "#version 430"
 SURFACE = ("camera", "trace", "normal", "surface")
-LIGHT = ("network", "sh", "latlong", "reflection", "shade", "light")
+LIGHT = ("network", "sh", "latlong", "reflection", "shade", "bounced", "light")
 VOLUME_LIGHT = ("volume", *LIGHT[1:])
 SUNLIGHT = ("trace", "suns", "sunlight")
 FREE = ("free",)
@@ -126,7 +126,8 @@ def network_uniforms(net: AnyNet) -> dict[str, Any]:
         cells = net.cells
         counts = tuple(map(int, cells.owner.shape))
         return {"cellsLow": cells.low, "cellsSide": cells.side, "cellsCount": counts, "cellsBand": float(cells.band)}
-    return {"networkCenter": tuple(map(float, net.center)), "networkExtent": float(net.extent), "networkScale": fours(net.scale)}
+    scale = fours(padded_outputs(net.scale, net))
+    return {"networkCenter": tuple(map(float, net.center)), "networkExtent": float(net.extent), "networkScale": scale}
 
 
 def picture_uniforms(material: Material) -> dict[str, Any]:
@@ -199,10 +200,12 @@ def lit_stage(pieces: tuple[str, ...], bands: int, variant: Variant) -> str:
     return "\n".join([VERSION, *exact, *sizes, *tau, join(pieces)])
 
 
-def _shading_sizes(bands: int, variant: Variant) -> dict[str, int]:
-    """What sh.glsl and shade.glsl ask for, in fours where it counts vectors."""
+def _shading_sizes(bands: int, variant: Variant, transfers: int = 1) -> dict[str, int]:
+    """What sh.glsl, shade.glsl and bounced.glsl ask for, in fours where it counts vectors; `transfers` with those of bounces."""
     return {
         "OUTPUTS": _quads(bands**2),
+        "TRANSFERS": transfers,
+        "NETWORK_OUTPUTS": transfers * _quads(bands**2),
         "RESULT_BANDS": variant.result_bands,
         "RESULTS": _quads(variant.result_bands**2),
         "LIGHT_COUNT": variant.light_bands**2,
@@ -223,7 +226,7 @@ def constant_network(net: TransferNet) -> str:
     Generated code is the exception here: Mesa's CPU driver fetches what it reads from textures and buffers lane by lane, and
     multiplies by constants seven times as fast.
     """
-    lines = ["void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS]) {"]
+    lines = ["void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * NETWORK_OUTPUTS]) {"]
 
     # Features, each octave by the formulas of the double angle
     lines.append(f"vec3 e0 = (p[0] - {vector(net.center)}) / {number(net.extent)}, e1 = n[0];")
@@ -238,7 +241,7 @@ def constant_network(net: TransferNet) -> str:
     layer = [f"e{i}.{axis}" for i in range(at) for axis in "xyz"]
 
     # Layers, a column of a block of four rows a statement: so they compile in half the time of mat4
-    for depth, (weight, bias) in enumerate(net.weights):
+    for depth, (weight, bias) in enumerate(shader_layers(net)):
         rows = np.pad(weight, ((0, -len(weight) % 4), (0, 0))).reshape(-1, 4, weight.shape[1])
         for i, (block, start) in enumerate(zip(rows, fours(bias), strict=True)):
             lines.append(f"vec4 s{depth}_{i} = {vector(start)};")
@@ -246,8 +249,22 @@ def constant_network(net: TransferNet) -> str:
         lines += [f"vec4 h{depth}_{i} = max(s{depth}_{i}, {SLOPE} * s{depth}_{i});" for i in range(len(rows))]
         layer = [f"h{depth}_{k // 4}.{'xyzw'[k % 4]}" for k in range(len(bias))]
     last = len(net.weights) - 1
-    lines += [f"transfer[{i}] = {vector(scale)} * tanh(s{last}_{i});" for i, scale in enumerate(fours(net.scale))]
+    scales = fours(padded_outputs(net.scale, net))
+    lines += [f"transfer[{i}] = {vector(scale)} * tanh(s{last}_{i});" for i, scale in enumerate(scales)]
     return "\n".join([*lines, "}"])
+
+
+def padded_outputs(values: np.ndarray, net: TransferNet) -> np.ndarray:
+    """Rows of the network's outputs with zeros after each transfer, where its coefficients are no multiple of four."""
+    each = net.bands**2
+    split = values.reshape(-1, each, *values.shape[1:])
+    return np.pad(split, ((0, 0), (0, -each % 4), *[(0, 0)] * (values.ndim - 1))).reshape(-1, *values.shape[1:])
+
+
+def shader_layers(net: TransferNet) -> list[tuple[np.ndarray, np.ndarray]]:
+    """The layers with the outputs as shaders have them."""
+    weight, bias = net.weights[-1]
+    return [*net.weights[:-1], (padded_outputs(weight, net), padded_outputs(bias, net))]
 
 
 def shader_columns(net: TransferNet) -> np.ndarray:
@@ -264,7 +281,7 @@ def _inputs(net: TransferNet) -> int:
 def block_count(net: TransferNet) -> int:
     """4x4 blocks of all layers in the texture of weights."""
     columns = [_inputs(net), *(_quads(w.shape[1]) for w, _ in net.weights[1:])]
-    return sum(_quads(len(b)) * count for (_, b), count in zip(net.weights, columns, strict=True))
+    return sum(_quads(len(b)) * count for (_, b), count in zip(shader_layers(net), columns, strict=True))
 
 
 def weights_texture(net: AnyNet) -> np.ndarray:
@@ -277,14 +294,15 @@ def weights_texture(net: AnyNet) -> np.ndarray:
 
 
 def _weights(net: TransferNet) -> np.ndarray:
-    matrices = [shader_columns(net), *(w for w, _ in net.weights[1:])]
+    layers = shader_layers(net)
+    matrices = [shader_columns(net), *(w for w, _ in layers[1:])]
     quads = [np.concatenate([blocks(w) for w in matrices]).reshape(-1, 4)]
-    quads += [fours(b) for _, b in net.weights]
+    quads += [fours(b) for _, b in layers]
     return np.concatenate(quads).astype(np.float32)
 
 
 def _weights_of_cells(net: CellNets) -> np.ndarray:
-    each = [np.concatenate([_weights(one), [(*one.center, one.extent)], fours(one.scale)]) for one in net.nets]
+    each = [np.concatenate([_weights(one), [(*one.center, one.extent)], fours(padded_outputs(one.scale, one))]) for one in net.nets]
     owners = np.zeros((net.cells.owner.size, 4))
     owners[:, 0] = net.cells.owner.ravel(order="F")  # x fastest
     return np.concatenate([*each, owners]).astype(np.float32)
@@ -318,17 +336,18 @@ def sun_uniforms(suns: Suns) -> dict[str, Any]:
 def defines(net: AnyNet, variant: Variant) -> str:
     """The sizes that the pieces ask for, in fours where they count vectors."""
     count, net = len(networks(net)), networks(net)[0]
-    outputs = _quads(net.bands**2)
+    transfers = 1 + (net.bounces.transfers if net.bounces else 0)
+    outputs = transfers * _quads(net.bands**2)
     values = {
         "CELLS": count,
-        "STRIDE": 4 * block_count(net) + sum(_quads(len(b)) for _, b in net.weights) + 1 + outputs,
+        "STRIDE": 4 * block_count(net) + sum(_quads(len(b)) for _, b in shader_layers(net)) + 1 + outputs,
         "POSITION_OCTAVES": net.position_frequencies,
         "NORMAL_OCTAVES": net.normal_frequencies,
         "INPUTS": _inputs(net),
         "WIDTH": _quads(net.weights[0][0].shape[0]),
         "LAYERS": len(net.weights),
         "BLOCKS": block_count(net),
-        **_shading_sizes(net.bands, variant),
+        **_shading_sizes(net.bands, variant, transfers),
         "POINTS": variant.points,
         "GROUP": variant.group,
         "MOST_SUNS": settings.Suns.most,

@@ -25,7 +25,7 @@ from sdfprt.material import shading
 from sdfprt.material.lobes import parts
 from sdfprt.network.cells import AnyNet, CellNets
 from sdfprt.network.mlp import TransferNet, activate, encode
-from sdfprt.rendering.frame import checked, prepared, tiles, trace_suns, trace_tile
+from sdfprt.rendering.frame import bounced_of, checked, prepared, tiles, trace_suns, trace_tile
 from sdfprt.rendering.traced import sun_planes, trace_planes
 from sdfprt.sdf.kinds import AnyScene
 from sdfprt.sdf.scene import Scene
@@ -181,8 +181,9 @@ def picture_on_device(
     lit: PreparedLight | None = None,
 ) -> Float[torch.Tensor, "h w 4"]:
     """Radiance and alpha of `draw`, left where torch computes."""
-    shot.refuse_beyond(f"the back end {surface}", "dering", "light_bands", "result_bands", "suns", "gloss")
+    shot.refuse_beyond(f"the back end {surface}", "dering", "light_bands", "result_bands", "suns", "gloss", "colours")
     lit = lit or prepared(scene, net, light, shot)
+    bounced = bounced_of(scene, net, shot, lit)
     result_bands = shot.lighting.result_bands or net.bands
     samples = shot.samples
     directions = shot.camera.rays(shot.size, samples)[1] if shot.background else np.empty((0, 0, 3))
@@ -197,7 +198,7 @@ def picture_on_device(
         else:
             transfer = predict(net, seen.points, seen.normals)
         own = {"albedo": seen.albedo, "exponent": seen.exponent, "exact": lit.exact, "sunlight": seen.sunlight}
-        own |= {"environment": lit.environment}
+        own |= {"environment": lit.environment, "bounced": bounced}
         colour = shading.shade(transfer, seen.normals, outgoing, lit.coefficients, shot.material, result_bands, **own)
         colour = torch.nn.functional.pad(colour * (1 - seen.dark[:, None]), (0, 1), value=1.0)
         fine = torch.zeros((height, width, 4), device=eye.device)

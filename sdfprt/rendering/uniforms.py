@@ -12,6 +12,7 @@ from sdfprt.core.errors import SdfprtError
 from sdfprt.imaging.camera import Camera
 from sdfprt.light.light import Light
 from sdfprt.material import shading
+from sdfprt.material.colours import MOST, Bounced
 from sdfprt.material.lobes import Material, parts
 from sdfprt.material.shading import ExactLight
 from sdfprt.rendering.pieces import Variant, turn_blocks
@@ -47,11 +48,8 @@ def glossy_blocks(variant: Variant, bands: int, light: Float[ndarray, "k 3"]) ->
 
 def set_light(program: Program, variant: Variant, bands: int, light: Float[ndarray, "k 3"]) -> list[moderngl.Buffer]:
     """A vector for diffuse; for glossy a matrix a channel, or the coefficients. Returns buffers to release."""
-    quads = -(-(bands**2) // 4)
-    vector = np.zeros((4 * quads, 3))
-    vector[: bands**2] = shading.diffuse_vector(light, bands)
     optional = ("diffuseLight", "lightCoefficients")  # by the material's lobes
-    set_uniforms(program, optional, diffuseLight=vector.T.copy(), lightCoefficients=light)
+    set_uniforms(program, optional, diffuseLight=light_vector(light, bands), lightCoefficients=light)
     block = program.get("GlossyLight", None)
     if not isinstance(block, moderngl.UniformBlock):
         return []
@@ -59,6 +57,28 @@ def set_light(program: Program, variant: Variant, bands: int, light: Float[ndarr
     block.binding = 0
     buffer.bind_to_uniform_block(0)
     return [buffer]
+
+
+def bounced_uniforms(bounced: Bounced | None, bands: int) -> dict[str, Any]:
+    """Uniforms of bounced.glsl."""
+    if bounced is None:
+        return {}
+    before, now = np.zeros((2, MOST, 3), np.float32)
+    before[: len(bounced.before)], now[: len(bounced.now)] = bounced.before, bounced.now
+    return {
+        "bounceColours": bounced.weights.astype(np.float32),
+        "wholeLight": light_vector(bounced.light, bands),
+        "partCount": len(bounced.before),
+        "partsBefore": before,
+        "partsNow": now,
+    }
+
+
+def light_vector(light: Float[ndarray, "k 3"], bands: int) -> Float[ndarray, "n 4"]:
+    """L / pi in fours, channel after channel."""
+    vector = np.zeros((4 * -(-(bands**2) // 4), 3))
+    vector[: bands**2] = shading.diffuse_vector(light, bands)
+    return vector.T.reshape(-1, 4)
 
 
 def set_exact(program: Program, exact: ExactLight) -> None:

@@ -60,6 +60,11 @@ def hit(scene: Scene, origins: Float[ndarray, "*n 3"], directions: Float[ndarray
     return _rays(scene, "sdf/hit.h", np.broadcast_to(origins, directions.shape), directions, settings.Trace.hit)
 
 
+def met(scene: Scene, origins: Float[ndarray, "*n 3"], directions: Float[ndarray, "n 3"]) -> Float[ndarray, "n"]:
+    """As `hit`, of rays that `visible` would ask for: what counts as met is the same."""
+    return _rays(scene, "sdf/hit.h", np.broadcast_to(origins, directions.shape), directions, settings.Trace.epsilon)
+
+
 def visible(scene: Scene, origins: Float[ndarray, "*n 3"], directions: Float[ndarray, "n 3"]) -> Bool[ndarray, "n"]:
     """Whether each ray leaves the bounds without meeting the surface. Origins lie off the surface (see `lifted`)."""
     return _rays(scene, "sdf/visible.h", np.broadcast_to(origins, directions.shape), directions, settings.Trace.epsilon) > 0.5

@@ -97,6 +97,4 @@ def compute_transfer(
 
 def unshadowed(normals: Float[ndarray, "n 3"], bands: int) -> Float[ndarray, "n k"]:
     """Closed form without visibility: the clamped cosine about each normal (Ramamoorthi and Hanrahan 2001)."""
-    degree = sh.band_of(bands)
-    zonal = sh.cosine_zonal(bands) * np.sqrt(4 * np.pi / (2 * np.arange(bands) + 1))
-    return sh.basis(normals, bands) * zonal[degree]
+    return sh.clamped_cosine(normals, bands)

@@ -2,7 +2,7 @@
 // Sec. 4.4). Twin of `Cells.shares` in sdfprt/network/cells.py. CELLS networks lie in the texture of weights, STRIDE texels each;
 // after them stands, a texel a cell and x fastest, which network knows it.
 vec4 weightTexel(int at);
-void cellNetwork(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS]);
+void cellNetwork(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * NETWORK_OUTPUTS]);
 int networkStart;
 uniform vec3 cellsLow;
 uniform vec3 cellsSide;
@@ -27,7 +27,7 @@ void cellsAbout(vec3 p, out int number[8], out float share[8]) {
 
 // T_i at POINTS points, as `network` of network.glsl: all of them go through each network that one of them asks for, the lower
 // number first, which is one network but for a few near the cuts.
-void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS]) {
+void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * NETWORK_OUTPUTS]) {
     int number[8 * POINTS];
     float share[8 * POINTS];
     networkStart = 0;
@@ -40,19 +40,19 @@ void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS]
             share[8 * k + i] = part[i];
         }
     }
-    for (int i = 0; i < POINTS * OUTPUTS; i++) transfer[i] = vec4(0.0);
+    for (int i = 0; i < POINTS * NETWORK_OUTPUTS; i++) transfer[i] = vec4(0.0);
     for (int at = -1; at < CELLS;) {
         int next = CELLS;
         for (int i = 0; i < 8 * POINTS; i++) if (number[i] > at) next = min(next, number[i]);
         at = next;
         if (at == CELLS) break;
         networkStart = at * STRIDE;
-        vec4 found[POINTS * OUTPUTS];
+        vec4 found[POINTS * NETWORK_OUTPUTS];
         cellNetwork(p, n, found);
         for (int k = 0; k < POINTS; k++) {
             float whole = 0.0;
             for (int i = 8 * k; i < 8 * k + 8; i++) if (number[i] == at) whole += share[i];
-            for (int row = 0; row < OUTPUTS; row++) transfer[k * OUTPUTS + row] += whole * found[k * OUTPUTS + row];
+            for (int row = 0; row < NETWORK_OUTPUTS; row++) transfer[k * NETWORK_OUTPUTS + row] += whole * found[k * NETWORK_OUTPUTS + row];
         }
     }
 }

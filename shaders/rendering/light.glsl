@@ -1,7 +1,12 @@
 // Second pass: network and lighting of the samples that hit, POINTS of them an invocation.
-void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS]);
+void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * NETWORK_OUTPUTS]);
 vec3 shade(vec3 n, vec3 o, vec4 transfer[OUTPUTS], vec3 base, float s);
 vec3 sunShade(vec3 base, vec3 diffuse, vec3 glossy);
+#if TRANSFERS > 1
+vec3 recoloured(vec3 base);
+vec3 bouncedLight(int b, vec4 more[OUTPUTS]);
+vec3 bouncedShade(vec3 n, vec3 o, vec4 transfer[OUTPUTS], vec3 arriving, vec3 base, float s);
+#endif
 layout(local_size_x = GROUP) in;
 layout(std430, binding = 0) readonly buffer SeenSamples {
     uint seenCount;
@@ -39,15 +44,27 @@ void main() {
         p[k] = texelFetch(surfacePoint, place(k), 0).xyz;
         n[k] = texelFetch(surfaceDirection, place(k), 0).xyz;
     }
-    vec4 all[POINTS * OUTPUTS];
+    vec4 all[POINTS * NETWORK_OUTPUTS];
     network(p, n, all);
     for (int k = 0; k < points; k++) {
         vec4 transfer[OUTPUTS];
-        for (int i = 0; i < OUTPUTS; i++) transfer[i] = all[k * OUTPUTS + i];
+        for (int i = 0; i < OUTPUTS; i++) transfer[i] = all[k * NETWORK_OUTPUTS + i];
         vec4 colour = texelFetch(surfaceColour, place(k), 0);
         vec3 o = normalize(eye - p[k]);
         vec3 base = hasAlbedo ? colour.rgb : albedo;
-        vec3 light = shade(n[k], o, transfer, base, hasExponent ? colour.a : exponent);
+        float s = hasExponent ? colour.a : exponent;
+#if TRANSFERS > 1
+        base = recoloured(base);
+        vec3 arriving = vec3(0.0);
+        for (int b = 1; b < TRANSFERS; b++) {
+            vec4 more[OUTPUTS];
+            for (int i = 0; i < OUTPUTS; i++) more[i] = all[(k * TRANSFERS + b) * OUTPUTS + i];
+            arriving += bouncedLight(b - 1, more);
+        }
+        vec3 light = shade(n[k], o, transfer, base, s) + bouncedShade(n[k], o, transfer, arriving, base, s);
+#else
+        vec3 light = shade(n[k], o, transfer, base, s);
+#endif
         if (sunlit) light += sunShade(base, texelFetch(sunDiffuse, place(k), 0).rgb, texelFetch(sunGlossy, place(k), 0).rgb);
         float dark = texelFetch(surfaceDirection, place(k), 0).w;  // the inside of a closed mesh
         imageStore(radiance, place(k), vec4(light * (1.0 - dark), 1.0));

@@ -1,6 +1,6 @@
 // Transfer at a surface point: positional encoding, then the MLP with leaky ReLU (learnt transfer, Sec. 3.2). Twin of `forward` in
 // sdfprt/network/mlp.py, which numpy and torch run.
-// Counts are in fours: INPUTS, WIDTH, OUTPUTS; LAYERS linear layers.
+// Counts are in fours: INPUTS, WIDTH, NETWORK_OUTPUTS, each transfer's OUTPUTS after the other's; LAYERS linear layers.
 // Weights come from a texture: compiled in two seconds at any width where constants took half a minute, and any network of
 // the same size runs without compiling again.
 #ifndef PACKED_WEIGHTS
@@ -8,7 +8,7 @@ uniform sampler2D networkWeights;  // 4x4 blocks, row of blocks after row, layer
 #endif
 uniform vec3 networkCenter;
 uniform float networkExtent;
-uniform vec4 networkScale[OUTPUTS];
+uniform vec4 networkScale[NETWORK_OUTPUTS];
 uniform int once;  // 1: loops whose length the compiler cannot know stay loops, and compile in seconds
 #if CELLS > 1
 int networkStart;  // first texel of the network that is asked: cells.glsl chooses
@@ -35,7 +35,7 @@ mat4 weightBlock(int at) {
 // each network in cells the last of its texels.
 vec4 networkBox() {
 #if CELLS > 1
-    return weightTexel(networkStart + STRIDE - OUTPUTS - 1);
+    return weightTexel(networkStart + STRIDE - NETWORK_OUTPUTS - 1);
 #else
     return vec4(networkCenter, networkExtent);
 #endif
@@ -43,7 +43,7 @@ vec4 networkBox() {
 
 vec4 networkScales(int row) {
 #if CELLS > 1
-    return weightTexel(networkStart + STRIDE - OUTPUTS + row);
+    return weightTexel(networkStart + STRIDE - NETWORK_OUTPUTS + row);
 #else
     return networkScale[row];
 #endif
@@ -51,14 +51,14 @@ vec4 networkScales(int row) {
 
 // T_i at POINTS points p with unit normals n, in fours, point after point; a weight is fetched once for all of them.
 #if CELLS > 1
-void cellNetwork(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS])
+void cellNetwork(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * NETWORK_OUTPUTS])
 #else
-void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS])
+void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * NETWORK_OUTPUTS])
 #endif
 {
     // Features: x, n, then sin and cos of pi v, 2 pi v, 4 pi v … by the formulas of the double angle, first of x, then of n;
     // two octaves fill three quads
-    vec4 a[POINTS * (INPUTS > WIDTH ? INPUTS : WIDTH)], b[POINTS * (WIDTH > OUTPUTS ? WIDTH : OUTPUTS)];
+    vec4 a[POINTS * (INPUTS > WIDTH ? INPUTS : WIDTH)], b[POINTS * (WIDTH > NETWORK_OUTPUTS ? WIDTH : NETWORK_OUTPUTS)];
     vec4 box = networkBox();
     for (int k = 0; k < POINTS * once; k++) {
         vec3 x = (p[k] - box.xyz) / box.w;
@@ -86,7 +86,7 @@ void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS]
     // Layers: b = W a + bias, back into a
     int block = 0, bias = 4 * BLOCKS, columns = INPUTS * once;
     for (int layer = 0; layer < LAYERS * once; layer++) {
-        int rows = layer == LAYERS - 1 ? OUTPUTS : WIDTH;
+        int rows = layer == LAYERS - 1 ? NETWORK_OUTPUTS : WIDTH;
         for (int row = 0; row < rows; row++) {
             vec4 sum[POINTS];
             vec4 start = weightTexel(networkStart + bias + row);
@@ -102,6 +102,6 @@ void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS]
         columns = WIDTH * once;
         for (int i = 0; i < POINTS * WIDTH * once; i++) a[i] = max(b[i], 0.01 * b[i]);
     }
-    for (int row = 0; row < OUTPUTS; row++)
-        for (int k = 0; k < POINTS; k++) transfer[k * OUTPUTS + row] = networkScales(row) * tanh(b[POINTS * row + k]);
+    for (int row = 0; row < NETWORK_OUTPUTS; row++)
+        for (int k = 0; k < POINTS; k++) transfer[k * NETWORK_OUTPUTS + row] = networkScales(row) * tanh(b[POINTS * row + k]);
 }

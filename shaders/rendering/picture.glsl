@@ -4,9 +4,14 @@ vec3 viewRay();
 float footprint();
 float march(vec3 o, vec3 d, float width, float begin, float cone);
 vec3 surfaceNormal(vec3 p);
-void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * OUTPUTS]);
+void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * NETWORK_OUTPUTS]);
 vec3 shade(vec3 n, vec3 o, vec4 transfer[OUTPUTS], vec3 base, float s);
 vec3 sunShade(vec3 base, vec3 diffuse, vec3 glossy);
+#if TRANSFERS > 1
+vec3 recoloured(vec3 base);
+vec3 bouncedLight(int b, vec4 more[OUTPUTS]);
+vec3 bouncedShade(vec3 n, vec3 o, vec4 transfer[OUTPUTS], vec3 arriving, vec3 base, float s);
+#endif
 void sunlight(vec3 p, vec3 n, vec3 o, float s, out vec3 diffuse, out vec3 glossy);
 #ifdef HAS_ALBEDO
 vec3 albedo(vec3 p, vec3 n);
@@ -62,9 +67,21 @@ vec3 seenRadiance() {
 #ifdef HAS_EXPONENT
     s = exponent(p[0], n[0]);
 #endif
-    vec4 transfer[OUTPUTS];
-    network(p, n, transfer);
+    vec4 all[NETWORK_OUTPUTS], transfer[OUTPUTS];
+    network(p, n, all);
+    for (int i = 0; i < OUTPUTS; i++) transfer[i] = all[i];
+#if TRANSFERS > 1
+    colour = recoloured(colour);
+    vec3 arriving = vec3(0.0);
+    for (int b = 1; b < TRANSFERS; b++) {
+        vec4 more[OUTPUTS];
+        for (int i = 0; i < OUTPUTS; i++) more[i] = all[b * OUTPUTS + i];
+        arriving += bouncedLight(b - 1, more);
+    }
+    vec3 light = shade(n[0], -d, transfer, colour, s) + bouncedShade(n[0], -d, transfer, arriving, colour, s);
+#else
     vec3 light = shade(n[0], -d, transfer, colour, s);
+#endif
     if (sunCount > 0) {
         vec3 diffuse, glossy;
         sunlight(p[0], n[0], -d, s, diffuse, glossy);

@@ -6,6 +6,7 @@ table sends s a_q, s = a.a_q / a_q.a_q: shades of one hue are one part, and exac
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -115,7 +116,7 @@ def table(albedo: Float[ndarray, "n 3"], seed: int = 0) -> tuple[Colour, ...]:
 
 def assigned(albedo: Float[ndarray, "n 3"], colours: Float[ndarray, "q 3"]) -> tuple[Int[ndarray, "n"], Float[ndarray, "n"]]:
     """Of each colour the part, and how much of the part's colour it is. Of numpy or torch."""
-    xp = sh.module_of(albedo)
+    xp: Any = sh.module_of(albedo)
     part = xp.argmin(((albedo[:, None] - colours) ** 2).sum(2), 1)
     own = colours[part]
     square = (own * own).sum(1)
@@ -124,8 +125,9 @@ def assigned(albedo: Float[ndarray, "n 3"], colours: Float[ndarray, "q 3"]) -> t
 
 def recoloured(albedo: Float[ndarray, "n 3"], before: Float[ndarray, "q 3"], now: Float[ndarray, "q 3"]) -> Float[ndarray, "n 3"]:
     """Colours of a surface after its table has changed; what the table leaves of a colour stays. Of numpy or torch."""
+    xp: Any = sh.module_of(albedo)
     part, share = assigned(albedo, before)
-    return sh.module_of(albedo).clip(albedo + share[:, None] * (now - before)[part], 0, None)
+    return xp.clip(albedo + share[:, None] * (now - before)[part], 0, None)
 
 
 def _tuples(colours: Float[ndarray, "q 3"]) -> tuple[Colour, ...]:

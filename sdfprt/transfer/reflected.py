@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
 from scipy.sparse import csr_array
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from sdfprt.core import kernels
 from sdfprt.material.colours import Bounces, assigned
@@ -34,15 +34,15 @@ class Samples:
     albedo: Float[ndarray, "s 3"] | None
 
     @functools.cached_property
-    def tree(self) -> cKDTree:
-        return cKDTree(self._places(self.points, self.normals))
+    def tree(self) -> KDTree:
+        return KDTree(self._places(self.points, self.normals))
 
     def _places(self, points: Float[ndarray, "n 3"], normals: Float[ndarray, "n 3"]) -> Float[ndarray, "n 6"]:
         return np.concatenate([points, _TURN * self.scene.diagonal * normals], axis=1)
 
     def nearest(self, points: Float[ndarray, "n 3"], normals: Float[ndarray, "n 3"]) -> Int[ndarray, "n"]:
         """Numbers of the samples."""
-        return self.tree.query(self._places(points, normals), workers=kernels.THREADS)[1]
+        return np.asarray(self.tree.query(self._places(points, normals), workers=kernels.THREADS)[1])
 
     def seen_from(
         self, points: Float[ndarray, "n 3"], normals: Float[ndarray, "n 3"], rays: int, seed: int = 0, start: int = 0

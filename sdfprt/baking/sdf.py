@@ -144,7 +144,7 @@ def bake(
         divided.check_weights(scene, count, Size(width, layers), bands)
         points, steps = divided.points_of(points, count), max(round(steps * settings.Cells.steps), 1)
     traced, train, validation = _samples(scene, points, rays, bands, seed, resolution, cluster, sampling)
-    parted = divided.merged(divided.even(scene.bounds, divided.cut(scene.bounds, count)), *train)
+    parted = divided.merged(divided.even(scene.bounds, divided.cut(scene.bounds, count)), *train) if count > 1 else None
     known = None
     if bounces:
         known, train, validation = with_bounces(scene, train, validation, traced, bounces, colours, seed)
@@ -152,7 +152,7 @@ def bake(
 
     def fitted(size: Size, stop: float | None) -> Fitted:
         key = stages.digest(traced, inside, size, steps, stop, asdict(settings.Fit()), asdict(settings.Network()))
-        if parted.networks > 1:
+        if parted is not None and parted.networks > 1:
             own = [key, *map(repr, (parted.low, parted.side)), parted.owner.tolist(), asdict(settings.Cells())]
             stems = [work / f"fit-{stages.digest(*own, number)}" for number in range(parted.networks)]
             net = divided.fitted(parted, train, validation, size, steps, seed, stop, stems, cluster, known)

@@ -29,6 +29,7 @@ from sdfprt.material import shading
 from sdfprt.material.lobes import Diffuse, DiffusePhong, Material, parts, reflects
 from sdfprt.material.lobes import name as material_name
 from sdfprt.maths import sh
+from sdfprt.network.cells import AnyNet
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering.frame import one_network_of
 from sdfprt.rendering.pieces import (
@@ -75,7 +76,7 @@ def refuse_reflection(material: Material, where: str) -> None:
 @checked(yaw=(-1e6, 1e6), size=SIZES, samples=SAMPLES, exposure=(1e-6, 1e6))
 def export_html(
     scene: Scene,
-    asset: Asset | TransferNet,
+    asset: Asset | AnyNet,
     light: Light,
     yaw: float = 0.0,
     material: Material | None = None,
@@ -147,7 +148,7 @@ def export_html(
 @checked(samples=SAMPLES, exposure=(1e-6, 1e6))
 def export_shadertoy(
     scene: Scene,
-    asset: Asset | TransferNet,
+    asset: Asset | AnyNet,
     light: Light,
     material: Material | None = None,
     camera: Camera | None = None,

@@ -19,6 +19,7 @@ from sdfprt.imaging.shot import Lighting
 from sdfprt.light.light import Light, lights
 from sdfprt.light.prepared import prepare
 from sdfprt.material.lobes import Diffuse, DiffusePhong, Material, Phong, parts
+from sdfprt.network.cells import AnyNet
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering.frame import one_network_of
 from sdfprt.rendering.pieces import (
@@ -171,7 +172,7 @@ class Painter:
 
 def view(
     scene: Scene,
-    asset: Asset | TransferNet,
+    asset: Asset | AnyNet,
     light: Light,
     yaw: float = 0.0,
     material: Material | None = None,

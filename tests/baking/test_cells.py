@@ -14,6 +14,8 @@ from sdfprt.baking import cells as divided
 from sdfprt.baking.asset import Asset
 from sdfprt.core import settings
 from sdfprt.imaging.camera import Camera
+from sdfprt.material import shading
+from sdfprt.material.lobes import Diffuse
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.network.cells import CellNets, Cells
 from sdfprt.network.mlp import TransferNet
@@ -94,6 +96,27 @@ def test_a_bake_in_cells_is_an_asset_that_every_back_end_draws_alike(small, tmp_
         truth = seen.shade(light, small.material)
         assert np.abs(picture.rgb - truth)[both].mean() < 2e-3 * truth.max()
     assert bake(small, cells=4, **SMALL).net.digest == asset.net.digest  # from the cache
+
+
+def test_no_jump_is_left_where_networks_meet(small):
+    """Below half a percent of the peak for 99 of 100 points about a cut, where the networks themselves are percents apart."""
+    net = bake(small, cells=4, **{**SMALL, "width": 16, "steps": 600}).net
+    assert isinstance(net, CellNets)
+    rng = np.random.default_rng(0)
+    normals = np.tile(np.float32([0, 1, 0]), (400, 1))
+    coefficients = Light.load("studio").sh(4)
+    outgoing, floor = normals, np.stack([0 * normals[:, 0], 0 * normals[:, 0], rng.uniform(-1, 1, 400)], 1).astype(np.float32)
+
+    def picture(transfer: np.ndarray) -> np.ndarray:
+        return shading.shade(transfer, normals, outgoing, coefficients, Diffuse())
+
+    for cut in (-2.0, 0.0, 2.0):  # between cells of side 2
+        points = floor + np.float32([cut, 0, 0])
+        before, behind = (picture(net.predict(points + np.float32([sign * 2e-4, 0, 0]), normals)) for sign in (-1, 1))
+        owners = [net.cells.owner.ravel()[round((cut + 4) / 2) + k] for k in (-1, 0)]
+        apart = np.abs(np.subtract(*(picture(net.nets[k].predict(points, normals)) for k in owners)))
+        assert np.percentile(np.abs(before - behind), 99) < 0.005 * before.max()
+        assert owners[0] == owners[1] or np.percentile(apart, 99) > 0.01 * before.max()
 
 
 def test_a_bake_that_was_stopped_goes_on_in_the_cell_where_it_was(small, monkeypatch):

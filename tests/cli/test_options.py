@@ -53,6 +53,24 @@ def test_a_width_beside_an_asset_is_refused(tmp_path: Path):
     assert "--width 16" in said
 
 
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        ("bake hall --cells 0", "cells 0: give auto or a number from 1 to 1024"),
+        ("bake hall --cells 1000000", "cells 1000000"),
+        ("render hall --cells few -o OUT.png", "cells few"),
+        ("bake fish --cells 4", "is an SDF"),
+        ("render fish --cells 4 -o OUT.exr", "is an SDF"),
+        ("bake hall --storage vertex --cells 4", "vertex storage has no networks"),
+        ("render-set hall --cells -1 -o OUT", "cells -1"),
+        ("render hall --asset a.safetensors --cells 4 -o OUT.png", "--cells 4"),
+    ],
+)
+def test_cells_that_cannot_be_are_refused_in_one_line(tmp_path: Path, arguments: str, word: str):
+    said = _refused(*(each.replace("OUT", str(tmp_path / "out")) for each in arguments.split()))
+    assert word in said and "\n" not in said and not list(tmp_path.glob("*.*"))
+
+
 def test_texts_are_read_as_what_they_are():
     assert numbers("-1,-1,0,1,2,3.5", "--bounds", 6) == (-1, -1, 0, 1, 2, 3.5)
     assert pixels("640x480") == (640, 480)

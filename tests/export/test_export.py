@@ -271,3 +271,9 @@ def test_what_es_cannot_do_is_named_in_the_scenes_lines():
     scene = Scene(glsl="float sdf(vec3 p) {\n    int e;\n    return length(p) - 0.5 + 0.0 * frexp(p.x, e);\n}")
     with pytest.raises(GlslError, match=r"scene.glsl:3:(.|\n)*no frexp"):
         export_html(scene, NET, SKY)
+
+
+def test_networks_in_cells_are_refused_in_one_line():
+    for export, where in ((export_html, "a page"), (export_shadertoy, "Shadertoy")):
+        with pytest.raises(SdfprtError, match=f"4 networks in cells, and {where} takes one"):
+            export(SCENE, nets.random_cells(), SKY)

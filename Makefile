@@ -1,5 +1,5 @@
 # make demo: from nothing to pictures.   make test: from nothing to green tests.   Both install what is missing.
-.PHONY: demo test lint gallery clean
+.PHONY: demo test lint gallery tutorial clean
 
 demo:
 	@scripts/setup.sh
@@ -16,6 +16,10 @@ lint:
 gallery:
 	@scripts/setup.sh
 	@.venv/bin/python scripts/gallery.py
+
+tutorial:
+	@scripts/setup.sh
+	@.venv/bin/python scripts/tutorial.py
 
 clean:
 	rm -rf out .pytest_cache .ruff_cache

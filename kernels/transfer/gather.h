@@ -1,6 +1,7 @@
 // What other surfaces send to a point, an item: G_i = integral of B(q) max(n.w, 0) y_i(w) dw of each channel, q what the ray meets
 // (transfer textures, Sec. 4.2). B is that of q's texel, three channels, in layers of `side` texels squared; `layers` are those of
-// each triangle's front and back, -1 for none: the inside of a closed body sends nothing.
+// each triangle's front and back, -1 for none: the inside of a closed body sends nothing. `flats` are unit normals of the triangles that
+// the points lie on: what a normal map or smooth normals bring below them meets the surface itself, and nothing comes from there.
 {
     Tree tree(handles.data);
     Projection projection;
@@ -19,6 +20,7 @@
             F x, y, z;
             M used;
             directions.packet(batch + at, x, y, z, used);
+            used = used & Simd::lt(Simd::splat(0.0f), flats.data[3 * item] * x + flats.data[3 * item + 1] * y + flats.data[3 * item + 2] * z);
             Simd::spill(dx + at, x), Simd::spill(dy + at, y), Simd::spill(dz + at, z);
             for (int c = 0; c < 3; c++) Simd::spill(light[c] + at, Simd::splat(0.0f));
             Tree::Ray ray;

@@ -108,17 +108,25 @@ def surface(scene: AnyScene, path: Path, count: int, held: int, seed: int, resol
 def samples(scene: AnyScene, drawn: Arrays, part: Part, folder: Path, bands: int, seed: int) -> Samples:
     """Points, normals and transfer of a part of the surface, a file a chunk; numbers run through, so chunks join."""
     points, normals = (drawn[name][part.start : part.stop] for name in ("points", "normals"))
-    transfer = np.empty((len(points), bands * bands), np.float32)
-    for first in range(0, len(points), CHUNK):
-        chunk = slice(first, min(first + CHUNK, len(points)))
 
-        def trace(chunk: slice = chunk, start: int = part.start + first) -> Arrays:
-            same = bands, part.rays, seed, start, part.rounded, part.sampling
-            return {"T": workers.transfer(scene, points[chunk], normals[chunk], *same)}
+    def trace(chunk: slice) -> ndarray:
+        same = bands, part.rays, seed, part.start + chunk.start, part.rounded, part.sampling
+        return workers.transfer(scene, points[chunk], normals[chunk], *same)
 
-        shapes = {"T": (chunk.stop - chunk.start, bands * bands)}
-        transfer[chunk] = cached(folder / f"{part.start + first:08d}.npz", shapes, trace)["T"]
-    return points, normals, transfer
+    return points, normals, by_files("transfer", folder, part.start, len(points), bands * bands, trace)
+
+
+def by_files(label: str, folder: Path, start: int, count: int, columns: int, make: Callable[[slice], ndarray]) -> ndarray:
+    """`count` rows from files of CHUNK rows, named by the number of their first, `start` that of all; `make` gives the rows of a
+    file that is not there. `label` is the progress bar's."""
+    whole = np.empty((count, columns), np.float32)
+    with track(label, count) as advance:
+        for first in range(0, count, CHUNK):
+            chunk = slice(first, min(first + CHUNK, count))
+            shapes = {"T": (chunk.stop - chunk.start, columns)}
+            whole[chunk] = cached(folder / f"{start + first:08d}.npz", shapes, lambda c=chunk: {"T": make(c)})["T"]
+            advance(chunk.stop - chunk.start)
+    return whole
 
 
 def trace_ahead(client: Any, scene: AnyScene, drawn: Arrays, part: Part, folder: Path, bands: int, seed: int) -> None:

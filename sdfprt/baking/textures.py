@@ -18,6 +18,7 @@ from sdfprt.core.limits import check_memory
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse
 from sdfprt.mesh.rays import shading_normals
+from sdfprt.mesh.repair import cross_of
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.mesh.unwrap import Atlas, Raster, area, crowded, raster, unwrap
 from sdfprt.sdf.kinds import AnyScene
@@ -115,10 +116,19 @@ def bake_textures(
         albedo = np.concatenate([_albedo(scene, sheets[s], t) for s, _, t in texels])
         of_face = np.where(np.stack([np.ones_like(scene.two_sided), scene.two_sided], 1), layers[atlas.sheet], -1).astype(np.int32)
         irradiance, found = transfer @ light.sh(bands).astype(np.float32), np.zeros((len(points), 3, bands**2), np.float32)
+        flats = np.concatenate([_flats(scene, sheets[s], f, t) for s, f, t in texels])
+        few = min(rays, budget.bounce_rays)
         for bounce in range(bounces):
+            # Of each bounce the files of a bake that was stopped, or that had fewer bounces
             sent = layered((albedo / np.pi * np.maximum(irradiance, 0)).astype(np.float32))
-            few = min(rays, budget.bounce_rays)
-            more = gathered(scene, points, normals, sent, atlas.uvs, of_face, bands, few, seed + bounce + 1, sampling)
+            folder = work / f"bounce-{stages.digest(scene.hash, key, rays, few, inside[1:], bounce)}"
+
+            def gather(some: slice, sent: ndarray = sent, number: int = bounce + 1) -> ndarray:
+                places, own = (points[some], normals[some], flats[some]), (sent, atlas.uvs, of_face)
+                made = gathered(scene, *places, *own, bands, few, seed + number, sampling, some.start)
+                return made.reshape(len(made), -1)
+
+            more = stages.by_files("bounces", folder, 0, len(points), 3 * bands**2, gather).reshape(found.shape)
             found += more
             irradiance = more[..., 0] * np.sqrt(4 * np.pi, dtype=np.float32)  # G_0 / y_0
         scale = max(float(np.abs(found).max()), 1e-20)  # half floats hold neither a sun nor a night
@@ -176,6 +186,12 @@ def _places(
     faces, weights = found.faces.ravel()[texels], found.weights.reshape(-1, 2)[texels]
     points = scene.interpolated(scene.vertices, faces, weights).astype(np.float32)
     return points, shading_normals(scene, faces, weights, np.full(len(faces), front), coarse[faces])
+
+
+def _flats(scene: MeshScene, found: Raster, front: bool, texels: Int[ndarray, "t"]) -> Float[ndarray, "t 3"]:
+    """Unit normals of the triangles of texels, on the side that is seen."""
+    cross = cross_of(scene.vertices.astype(np.float64), scene.faces[found.faces.ravel()[texels]]) * (1 if front else -1)
+    return (cross / np.maximum(np.linalg.norm(cross, axis=1, keepdims=True), 1e-300)).astype(np.float32)
 
 
 def _albedo(scene: MeshScene, found: Raster, texels: Int[ndarray, "t"]) -> Float[ndarray, "t 3"]:

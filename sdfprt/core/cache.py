@@ -27,10 +27,10 @@ WORK, ASSETS = "work", "assets"
 _HASH = r"[0-9a-f]{16,20}"
 _FILES = re.compile(
     rf"backends\.json|{ASSETS}/{_HASH}-(k\d+|{_HASH})\.safetensors"
-    rf"|{WORK}/((surface|view)-{_HASH}\.npz|fit-{_HASH}\.(safetensors|part)|transfer-{_HASH}/\d{{8}}\.npz)"
-    r"|(.*/)?\.(sdfprt|backends|surface|view|fit|transfer|\d{8}|[0-9a-f]{16})-[^/]*"  # hidden files of writes that were killed
+    rf"|{WORK}/((surface|view)-{_HASH}\.npz|fit-{_HASH}\.(safetensors|part)|(transfer|bounce)-{_HASH}/\d{{8}}\.npz)"
+    r"|(.*/)?\.(sdfprt|backends|surface|view|fit|\d{8}|[0-9a-f]{16})-[^/]*"  # hidden files of writes that were killed
 )
-_FOLDERS = re.compile(rf"warp(/.*)?|{ASSETS}|{WORK}|{WORK}/transfer-{_HASH}")  # warp: kernels that Warp compiled
+_FOLDERS = re.compile(rf"warp(/.*)?|{ASSETS}|{WORK}|{WORK}/(transfer|bounce)-{_HASH}")  # warp: kernels that Warp compiled
 
 
 def cache_folder() -> Path:

@@ -17,6 +17,7 @@ def gathered(
     scene: MeshScene,
     points: Float[ndarray, "n 3"],
     normals: Float[ndarray, "n 3"],
+    flats: Float[ndarray, "n 3"],
     sent: Float[ndarray, "l h w 3"],
     uvs: Float[ndarray, "f 3 2"],
     layers: Int[ndarray, "f 2"],
@@ -24,10 +25,12 @@ def gathered(
     rays: int,
     seed: int = 0,
     sampling: str = settings.Transfer.sampling,
+    start: int = 0,
 ) -> Float[ndarray, "n 3 k"]:
     """Cosine-weighted SH of what reaches points from the surfaces about them, a channel each.
 
-    `sent` is the radiance of the texels at `uvs`, in the layer of each triangle's front and back, -1 where it sends nothing.
+    `flats` are unit normals of the triangles under the points. `sent` is the radiance of the texels at `uvs`, in the layer of each
+    triangle's front and back, -1 where it sends nothing. `start` is the number of the first point, so that parts join.
     """
     result = np.empty((len(points), 3, bands * bands), np.float32)
     flat, whole = kernels.FLOATS, kernels.WHOLES
@@ -36,8 +39,9 @@ def gathered(
         mesh_rays.preamble(128),
         ("mesh/tree.h", "transfer/projection.h", "transfer/gather.h"),
         {
-            "points": flat, "normals": flat, "out": flat, "recurrence": flat, "sequence": flat, "numbers": whole, "handles": whole,
-            "sent": flat, "uvs": flat, "layers": whole, "side": int, "bands": int, "rays": int, "seed": int, "lift": float,
+            "points": flat, "normals": flat, "flats": flat, "out": flat, "recurrence": flat, "sequence": flat, "numbers": whole,
+            "handles": whole, "sent": flat, "uvs": flat, "layers": whole, "side": int, "bands": int, "rays": int, "seed": int,
+            "lift": float,
         },
         lanes=projection.LANES,
     )  # fmt: skip
@@ -49,8 +53,8 @@ def gathered(
         for first in range(0, len(points), _CHUNK):
             part = along[first : first + _CHUNK]
             out = kernels.zeros(len(part) * 3 * bands * bands)
-            arrays = [kernels.array(points[part]), kernels.array(normals[part]), out, *fixed, kernels.array(part, int), handles]
-            kernels.launch(kernel, len(part), [*arrays, *texels, *scalars])
+            places = [kernels.array(each[part]) for each in (points, normals, flats)]
+            kernels.launch(kernel, len(part), [*places, out, *fixed, kernels.array(start + part, int), handles, *texels, *scalars])
             result[part] = out.numpy().reshape(len(part), 3, -1)
             advance(len(part))
     return result

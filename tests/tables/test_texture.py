@@ -242,6 +242,52 @@ def test_a_bake_that_was_stopped_goes_on_and_ends_in_the_same_textures(monkeypat
     np.testing.assert_array_equal(whole.transfer, again.transfer)
 
 
+def test_bounces_that_were_stopped_go_on_and_fewer_serve_more(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    from sdfprt.baking import stages, textures
+
+    monkeypatch.setenv("SDFPRT_CACHE", str(tmp_path))
+    monkeypatch.setattr(stages, "CHUNK", 1000)
+    made, calls, gather = scene(ball(0.7, level=2), square(1.0, -0.7, 1)), [], textures.gathered
+
+    def counted(*given: object, **more: object) -> np.ndarray:
+        calls.append(1)
+        if len(calls) == stop:
+            raise KeyboardInterrupt
+        return gather(*given, **more)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(textures, "gathered", counted)
+    options = {"bands": 2, "rays": 8, "resolution": 64, "light": STUDIO}
+    stop = 3
+    with pytest.raises(KeyboardInterrupt):
+        bake_textures(made, bounces=1, **options)
+    stop = 0
+    whole = bake_textures(made, bounces=1, **options)
+    each, rest = -(-whole.info["texels"] // 1000), len(calls) - 3
+    assert each > 2 and rest == each - 2  # two files were there
+    calls.clear()
+    more = bake_textures(made, bounces=3, **options)
+    assert len(calls) == 2 * each  # the first bounce was there
+    monkeypatch.setenv("SDFPRT_CACHE", str(tmp_path / "other"))
+    fresh = bake_textures(made, bounces=3, **options)
+    np.testing.assert_array_equal(more.indirect, fresh.indirect)
+    assert more.scale == fresh.scale
+
+
+def test_what_a_normal_map_brings_below_the_surface_gathers_nothing() -> None:
+    """A flat floor alone, whose normals lean by a map: it sees nothing of itself."""
+    floor = square(1.0, 0.0, 1)
+    lean = np.round((np.array([0.6, 0.0, 0.8]) * 0.5 + 0.5) * 255).astype(np.uint8)
+    part = Part(
+        np.asarray(floor.vertices, float),
+        np.asarray(floor.faces),
+        finish=Finish(normal_map=np.tile(lean, (2, 2, 1))),
+        relief_uvs=flat_uvs(floor),
+    )
+    made = scene_of(Content([part]), "soup", name="soup", file="soup")
+    table = bake(made, storage="texture", bounces=1, light=STUDIO, resolution=32, bands=3, rays=64)
+    assert table.indirect is not None and np.abs(table.indirect).max() == 0
+
+
 def test_files_come_back_and_faults_are_one_line(tmp_path: Path) -> None:
     made = scene(ball(0.5, level=2))
     table = bake(made, storage="texture", resolution=32, rays=16)

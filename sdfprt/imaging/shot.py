@@ -7,7 +7,7 @@ A renderer that cannot honour an option refuses it (`Shot.refuse_beyond`): none 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, Protocol, runtime_checkable
 
 from jaxtyping import Float
@@ -97,10 +97,11 @@ class Shot:
         """Samples along width and height."""
         return self.size[0] * self.samples, self.size[1] * self.samples
 
-    def refuse_exact(self, renderer: str) -> None:
-        """Raises SdfprtError where suns or an exact gloss are asked for by name."""
-        if self.lighting.gloss == "exact" or (isinstance(self.lighting.suns, int) and self.lighting.suns > 0):
-            raise SdfprtError(f"{renderer} has spherical harmonics alone: leave suns and gloss out")
+    def without_suns(self, because: str) -> "Shot":
+        """The same, all of the light in spherical harmonics. Raises SdfprtError where a number of suns is asked for."""
+        if isinstance(self.lighting.suns, int) and self.lighting.suns > 0:
+            raise SdfprtError(f"suns {self.lighting.suns}: {because}; leave it out")
+        return replace(self, lighting=replace(self.lighting, suns="off"))
 
     def refuse_beyond(self, renderer: str, *honoured: str) -> None:
         """Raises SdfprtError for an option of `lighting` that is not its default and not among those honoured."""

@@ -8,6 +8,7 @@ shaders/rendering/shade.glsl.
 """
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy import ndarray
 
 from sdfprt.core.errors import SdfprtError
 from sdfprt.material.colours import Bounced, recoloured
-from sdfprt.material.lobes import Diffuse, Material, Reflection
+from sdfprt.material.lobes import Diffuse, Material, Phong, Reflection
 from sdfprt.maths import sh
 
 OPEN = np.pi * 0.5 / np.sqrt(np.pi)  # T_0 under an open sky
@@ -180,13 +181,7 @@ def shade(
     diffuse surface and for a white lobe, `environment` is what reflection mapping shows, which has no part in either. All of numpy
     (the result in double precision), or all of torch.
     """
-    xp = sh.module_of(transfer)
-
-    def beside(values: Any) -> Any:
-        """Where the points are, and of their type."""
-        return np.asarray(values, float) if xp is np else xp.as_tensor(values, dtype=transfer.dtype, device=transfer.device)
-
-    arriving = None
+    xp, beside, arriving = sh.module_of(transfer), partial(_beside, transfer), None
     if bounced is not None:
         transfer, arriving = _bounced_light(transfer, bounced, beside)
         if albedo is not None:
@@ -202,7 +197,6 @@ def shade(
                 openness = xp.clip(transfer[:, :1] / OPEN, 0, 1)
                 soft = soft + openness * _lookup(beside(exact.open_light), normals @ beside(exact.rotation))
             total += colour * soft
-            direct += colour * sunlight[0] if sunlight is not None else 0.0
             direct += colour * arriving if arriving is not None else 0.0
             continue
         mirrored = 2 * (normals * outgoing).sum(1)[:, None] * normals - outgoing
@@ -218,10 +212,30 @@ def shade(
             matrix = beside(glossy_matrix(light, bands, results))
             reflected = xp.stack([((transfer @ matrix[c].T) * weight).sum(1) for c in range(3)], -1)
         total += beside(lobe.specular) * reflected
-        direct += beside(lobe.specular) * sunlight[1] if sunlight is not None else 0.0
         if arriving is not None:
             direct += beside(lobe.specular) * arriving * _seen_closed(transfer, normals, mirrored, s, beside)
-    return xp.clip(total, 0, None) + direct  # cut-off series dip below zero
+    total = xp.clip(total, 0, None) + direct  # cut-off series dip below zero
+    return total if sunlight is None else total + shade_suns(sunlight, material, albedo)
+
+
+def shade_suns(
+    sunlight: tuple[Float[Any, "n 3"], Float[Any, "n 3"]], material: Material, albedo: Float[Any, "n 3"] | None = None
+) -> Float[Any, "n 3"]:
+    """Radiance by the light's discs from their sums, as in `shade`."""
+    diffuse, glossy = sunlight
+    total = _beside(diffuse, np.zeros((len(diffuse), 3)))
+    for lobe in material.lobes:
+        if isinstance(lobe, Diffuse):
+            total += (_beside(diffuse, lobe.albedo) if albedo is None else albedo) * diffuse
+        elif isinstance(lobe, Phong):
+            total += _beside(diffuse, lobe.specular) * glossy
+    return total
+
+
+def _beside(like: Any, values: Any) -> Any:
+    """Values where an array of numpy, in double precision, or of torch is, and of its type."""
+    xp = sh.module_of(like)
+    return np.asarray(values, float) if xp is np else xp.as_tensor(values, dtype=like.dtype, device=like.device)
 
 
 def shade_sent(

@@ -164,10 +164,12 @@ def frame(
             raise SdfprtError(f"{scene.file}: an asset of vertex or texture storage belongs to a mesh, and this is an SDF")
         asset.check(scene)
         by_shader = backend == "glsl" or (backend == "auto" and has_opengl())
+        if not asset.shadowed:
+            shot = shot.without_suns("their rays cast shadows, and this transfer has none")
         if isinstance(asset, TextureTable):
             asset.check_light(light)
             return (texture_surface.draw if by_shader else texture_surface.draw_by_rays)(scene, asset, light, shot)
-        shot.refuse_exact("vertex storage")
+        shot = vertex_surface.joined(asset, shot)
         return (vertex_surface.draw if by_shader else vertex_surface.draw_by_rays)(scene, asset, light, shot)
     if isinstance(asset, VolumeTable):
         asset.check(scene)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+import moderngl
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
@@ -9,10 +10,11 @@ from numpy import ndarray
 from sdfprt.core.opengl import context, read
 from sdfprt.imaging.shot import Shot
 from sdfprt.light.light import Light
+from sdfprt.light.suns import Suns
 from sdfprt.material.lobes import reflects
 from sdfprt.mesh import rays
 from sdfprt.mesh.scene import MeshScene
-from sdfprt.rendering.frame import checked, tiles
+from sdfprt.rendering.frame import checked, tiles, trace_suns, trace_tile
 from sdfprt.rendering.pieces import BACKGROUND
 from sdfprt.rendering.programs import programs
 from sdfprt.rendering.targets import Target, environment_texture
@@ -20,6 +22,17 @@ from sdfprt.rendering.uniforms import set_camera, set_environment
 from sdfprt.rendering.units import Unit
 
 Tile = tuple[int, int, int, int]
+SUNS = {"sunDiffuse": Unit.POINT, "sunGlossy": Unit.NORMAL}  # whose usual units a picture of a finish has
+
+
+def sun_textures(scene: MeshScene, suns: Suns, shot: Shot, target: Target, tile: Tile) -> list[moderngl.Texture]:
+    """The sums of the light's discs over a tile, in the order of SUNS, and none without discs; depths are cleared after it."""
+    if not len(suns):
+        return []
+    trace_tile(scene, shot.camera, tile, shot.fine)
+    found = trace_suns(scene, suns, shot.material, shot.camera, target)
+    target.closed.clear(depth=1.0)
+    return found
 
 
 def drawn(scene: MeshScene, light: Light, shot: Shot, lit: Callable[[Target, Tile], None]) -> Float[ndarray, "h w 4"]:

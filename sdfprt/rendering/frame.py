@@ -37,6 +37,7 @@ from sdfprt.rendering.uniforms import (
 from sdfprt.rendering.units import SAMPLERS, Unit
 from sdfprt.sdf.kinds import AnyScene
 from sdfprt.tables.texture import TextureTable
+from sdfprt.tables.vertex import VertexTable
 from sdfprt.tables.volume import VolumeTable
 from sdfprt.transfer.sunlight import sunlight
 
@@ -76,13 +77,7 @@ def tiles(size: tuple[int, int], samples: int) -> list[tuple[int, int, int, int]
     return [(x, y, min(dx, width - x), min(dy, height - y)) for y in range(0, height, dy) for x in range(0, width, dx)]
 
 
-def light_coefficients(light: Light, shot: Shot, net_bands: int) -> tuple[Float[ndarray, "k 3"], float]:
-    """The light's SH coefficients for a shot, and the strength of their window."""
-    bands = shot.lighting.light_bands or net_bands
-    return light.sh_dered(bands) if shot.lighting.dering else (light.sh(bands), 0.0)
-
-
-def prepared(scene: AnyScene, net: AnyNet | TextureTable | VolumeTable, light: Light, shot: Shot) -> PreparedLight:
+def prepared(scene: AnyScene, net: AnyNet | TextureTable | VertexTable | VolumeTable, light: Light, shot: Shot) -> PreparedLight:
     """The light taken apart for a shot."""
     return prepare(light, shot.lighting, shot.material, net.bands, scene.has_exponent)
 

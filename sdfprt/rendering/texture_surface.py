@@ -16,8 +16,8 @@ from sdfprt.material.lobes import parts
 from sdfprt.mesh.rays import Seen
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.rendering import mesh_surface
-from sdfprt.rendering.forward import Tile, by_rays, drawn
-from sdfprt.rendering.frame import prepared, trace_suns, trace_tile
+from sdfprt.rendering.forward import SUNS, Tile, by_rays, drawn, sun_textures
+from sdfprt.rendering.frame import prepared
 from sdfprt.rendering.mesh_surface import MeshBuffers
 from sdfprt.rendering.pieces import MESH_DEPTH, Variant, lobes_of
 from sdfprt.rendering.programs import programs
@@ -27,7 +27,6 @@ from sdfprt.rendering.units import SAMPLERS, Unit
 from sdfprt.tables.texture import TextureTable
 from sdfprt.transfer.sunlight import sunlight
 
-_SUNS = (Unit.POINT, Unit.NORMAL)  # which this pass does not read; a picture of a finish has their usual place
 _CHUNK = 65_536  # samples that numpy shades at once
 
 
@@ -108,7 +107,7 @@ def draw(scene: MeshScene, table: TextureTable, light: Light, shot: Shot) -> Fra
     if given.environment is not None:
         set_environment(program, light)
     albedo, exponent, specular = mesh_surface.look_of(scene, material)
-    samplers = {"transferTextures": SAMPLERS["transferTextures"], "sunDiffuse": _SUNS[0], "sunGlossy": _SUNS[1]}
+    samplers = {"transferTextures": SAMPLERS["transferTextures"], **SUNS}
     by_lobes = ("sentScale", "specular", "lobeColour", "sunDiffuse", "sunGlossy")
     values = {
         "specular": specular,
@@ -120,11 +119,7 @@ def draw(scene: MeshScene, table: TextureTable, light: Light, shot: Shot) -> Fra
     set_uniforms(program, by_lobes, **values, **samplers)
 
     def lit(target: Target, tile: Tile) -> None:
-        suns: list[moderngl.Texture] = []
-        if len(given.suns):
-            trace_tile(scene, shot.camera, tile, shot.fine)
-            suns = trace_suns(scene, given.suns, material, shot.camera, target)
-            target.closed.clear(depth=1.0)
+        suns = sun_textures(scene, given.suns, shot, target, tile)
 
         # Depths first, so that each sample is lit once
         for each in (depths, program):
@@ -137,7 +132,7 @@ def draw(scene: MeshScene, table: TextureTable, light: Light, shot: Shot) -> Fra
             there.textures.use(Unit.TRANSFER)
             if given.exact is not None:
                 programs().light_maps(given.exact)
-            for unit, texture in zip(_SUNS, suns, strict=False):
+            for unit, texture in zip(SUNS.values(), suns, strict=False):
                 texture.use(unit)
             for group in there.buffers.groups:
                 mesh_surface.dress(program, there.mesh, there.buffers, group, albedo, exponent)

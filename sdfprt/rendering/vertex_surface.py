@@ -1,36 +1,52 @@
 """Pictures from vertex storage: light times transfer in the vertex shader, or in numpy where there is no OpenGL; Gouraud."""
 
+from dataclasses import replace
+
 import moderngl
 import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray
 
+from sdfprt.core.errors import SdfprtError
 from sdfprt.core.opengl import context, in_render_thread
 from sdfprt.imaging.shot import Frame, Shot
 from sdfprt.light.light import Light
 from sdfprt.material import shading
-from sdfprt.material.lobes import Diffuse, Reflection, reflects
+from sdfprt.material.lobes import Diffuse, Reflection, parts, reflects
 from sdfprt.mesh.rays import Seen
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.rendering import mesh_surface
-from sdfprt.rendering.forward import Tile, by_rays, drawn
-from sdfprt.rendering.frame import light_coefficients
+from sdfprt.rendering.forward import SUNS, Tile, by_rays, drawn, sun_textures
+from sdfprt.rendering.frame import prepared
 from sdfprt.rendering.mesh_surface import MeshBuffers
 from sdfprt.rendering.pieces import Variant, lobes_of
 from sdfprt.rendering.programs import programs
 from sdfprt.rendering.targets import Target
 from sdfprt.rendering.uniforms import set_environment, set_light, set_uniforms
 from sdfprt.tables.vertex import VertexTable, rows
+from sdfprt.transfer.sunlight import sunlight
 
 _TABLE = 1  # binding of the table, as in gouraud_vertex.glsl
 _CHUNK = 65_536  # samples that numpy shades at once
+
+
+def joined(table: VertexTable, shot: Shot) -> Shot:
+    """The shot as vertices draw it: light and transfer in spherical harmonics, and discs of the light only where a number is given.
+
+    Raises SdfprtError for an exact gloss, and for discs beside interreflections, in which all of the light is one.
+    """
+    if shot.lighting.gloss == "exact":
+        raise SdfprtError("gloss exact: vertex storage joins light and transfer at vertices, by gloss sh; leave it out")
+    if table.bounces or not isinstance(shot.lighting.suns, int):
+        shot = shot.without_suns("interreflections of vertex storage have all of the light inside")
+    return replace(shot, lighting=replace(shot.lighting, gloss="sh"))
 
 
 @in_render_thread
 def draw(scene: MeshScene, table: VertexTable, light: Light, shot: Shot) -> Frame:
     """Draw with transfer of vertices, by OpenGL. Raises SdfprtError without OpenGL, and where the picture is not finite."""
     gl, scene = context(), scene.of_vertices
-    coefficients, strength = light_coefficients(light, shot, table.bands)
+    given = prepared(scene, table, light, shot)
     options, material = shot.lighting, shot.material
     bands, results = options.light_bands or table.bands, options.result_bands or table.bands
     variant = Variant(lobes_of(material), bands, results, options.product == "tpfl")
@@ -41,15 +57,19 @@ def draw(scene: MeshScene, table: VertexTable, light: Light, shot: Shot) -> Fram
     padded[..., : table.bands**2] = table.transfer
     rows_there = gl.buffer(padded.tobytes())
     array = buffers.array(program, (back, "1i", "otherRow"))
-    held: list = [array, back, rows_there, *set_light(program, variant, table.bands, coefficients)]
+    held: list = [array, back, rows_there, *set_light(program, variant, table.bands, given.coefficients)]
     albedo, exponent, specular = mesh_surface.look_of(scene, material)
     if reflects(material):
         set_environment(program, light)
-    set_uniforms(program, ("specular",), channels=table.transfer.shape[1], specular=specular)
+    values = {"channels": table.transfer.shape[1], "specular": specular, "sunlit": len(given.suns) > 0}
+    set_uniforms(program, ("specular", *SUNS), **values, **SUNS)
 
     def lit(target: Target, tile: Tile) -> None:
+        suns = sun_textures(scene, given.suns, shot, target, tile)
         target.lit.use()
         rows_there.bind_to_storage_buffer(_TABLE)
+        for unit, texture in zip(SUNS.values(), suns, strict=False):
+            texture.use(unit)
         mesh_surface.place_camera(program, scene, shot.camera, tile, shot.fine)
         with mesh_surface.rasterising("<"):
             for group in buffers.groups:
@@ -63,14 +83,14 @@ def draw(scene: MeshScene, table: VertexTable, light: Light, shot: Shot) -> Fram
     finally:
         for thing in held:
             thing.release()
-    return Frame(pixels[..., :3], pixels[..., 3], strength)
+    return Frame(pixels[..., :3], pixels[..., 3], given.dering)
 
 
 def draw_by_rays(scene: MeshScene, table: VertexTable, light: Light, shot: Shot) -> Frame:
     """The same picture by rays and numpy."""
     shot.refuse_beyond("vertex storage without OpenGL", "dering", "light_bands", "result_bands", "suns", "gloss")
     scene = scene.of_vertices
-    coefficients, strength = light_coefficients(light, shot, table.bands)
+    given = prepared(scene, table, light, shot)
     back, environment = rows(scene)[2], shading.Environment(light.pixels, light.rotation)
 
     def lit(seen: Seen) -> ndarray:
@@ -83,15 +103,20 @@ def draw_by_rays(scene: MeshScene, table: VertexTable, light: Light, shot: Shot)
             shares = np.column_stack([1 - seen.weights[part].sum(1), seen.weights[part]])
             exponent = scene.exponent(seen.faces[part]) if scene.has_exponent else None
             for k in range(3):
-                lit = _lit(scene, table, corners[:, k], flipped[part], back, coefficients, shot, exponent)
+                lit = _lit(scene, table, corners[:, k], flipped[part], back, given.coefficients, shot, exponent)
                 own = np.ones(3) if albedo is None else albedo[part]
                 values[part] += shares[:, k : k + 1] * (own * lit[0] + lit[1])
+            if len(given.suns):
+                own = None if albedo is None else albedo[part]
+                exponents = parts(shot.material).get("exponent", 1.0) if exponent is None else exponent
+                at = seen.points[part], seen.normals[part], -seen.directions[part]
+                values[part] += shading.shade_suns(sunlight(scene, given.suns, *at, exponents), shot.material, own)
         if reflects(shot.material):
             values += shading.reflection(shot.material, seen.normals, -seen.directions, environment)
         return values
 
     pixels = by_rays(scene, light, shot, lit)
-    return Frame(pixels[..., :3], pixels[..., 3], strength)
+    return Frame(pixels[..., :3], pixels[..., 3], given.dering)
 
 
 def _lit(

@@ -11,6 +11,7 @@ from soups import ball, scene, square
 from sdfprt.baking.sdf import bake
 from sdfprt.core.errors import SdfprtError
 from sdfprt.imaging.camera import Camera
+from sdfprt.imaging.metrics import compare
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse, DiffusePhong, Phong
 from sdfprt.mesh.parts import Finish
@@ -97,6 +98,21 @@ def test_shader_and_numpy_and_both_products_draw_one_picture(material: Diffuse |
     assert both.mean() > 0.15 and np.median(away) < 1e-5 and (away < 1e-3).mean() > 0.99  # samples on edges go either way
     product = frame(made, table, light, material, size=(40, 40), product="tp")
     assert np.abs(product.rgb - drawn.rgb).max() < 1e-4
+
+
+def test_discs_of_the_light_go_by_rays_where_a_number_of_them_is_given() -> None:
+    made = scene(ball(0.6, (0, 0.1, 0), 4), square(1.5, -0.5, 40), finishes=(Finish("a", (0.8, 0.2, 0.2), None, 12.0), Finish()))
+    light, material, options = Light.load("sky_afternoon"), DiffusePhong(), {"size": (48, 48), "suns": 2}
+    table = bake(made, storage="vertex", rays=128)
+    drawn = frame(made, table, light, material, **options)
+    by_rays = frame(made, table, light, material, backend="warp", **options)
+    both = (drawn.alpha > 0) & (by_rays.alpha > 0)
+    away = np.abs(drawn.rgb - by_rays.rgb)[both].max(1)
+    assert np.median(away) < 1e-5 and (away < 1e-3).mean() > 0.97  # samples on edges go either way
+    # As textures have it, which share nothing with vertices but the mesh
+    textures = bake(made, storage="texture", rays=128, resolution=128, bands=4)
+    assert compare(drawn.rgb, frame(made, textures, light, material, gloss="sh", **options).rgb, mask=both)["psnr"] > 40
+    assert compare(drawn.rgb, frame(made, table, light, material, size=(48, 48)).rgb, mask=both)["psnr"] < 25
 
 
 def test_more_vertices_than_sixteen_bits_count() -> None:

@@ -12,6 +12,7 @@ from sdfprt.baking.asset import Asset, cached_path, find_asset
 from sdfprt.baking.bounces import check_colours, depends, with_bounces
 from sdfprt.baking.search import Fitted
 from sdfprt.baking.stages import Part, Samples, Size
+from sdfprt.baking.storages import belonging_to
 from sdfprt.baking.tables import bake_vertices
 from sdfprt.baking.textures import TEXELS, bake_textures
 from sdfprt.baking.volumes import POINTS, bake_volume
@@ -44,6 +45,16 @@ KEEP = 24  # working files that stay when a bake ends
     bounces=(0, 64),
     resolution=(POINTS[0], TEXELS[1]),
 )
+@belonging_to(
+    **dict.fromkeys(("width", "layers", "points", "steps", "target_psnr", "preview", "cluster", "colours"), ("network",)),
+    bounces=("network", "vertex", "texture"),
+    shadowed=("vertex", "texture"),
+    sampling=("network", "vertex", "texture"),
+    resolution=("texture", "volume"),
+    sets=("texture",),
+    light=("texture",),
+    cells=("network",),
+)
 def bake(
     scene: AnyScene,
     width: int = settings.Network.width,
@@ -72,10 +83,11 @@ def bake(
     `target_psnr`, dB of transfer at held-out points and of pictures from held-out views, finds the smallest of search.SIZES and
     search.ENCODINGS that reaches it in both, in place of `width` and `layers`; `info["curve"]` holds what each reached, and
     `info["target_reached"]` whether one did; if not, the nearest comes back. `info["warning"]` is there where the validation error
-    is far beyond the usual. `preview` is a rough network in seconds. `fresh` makes one even where weights ship with the scene or
-    lie in the cache. `rays` a point default to settings.Transfer's; `sampling`, of maths.sequences.SAMPLINGS, chooses their
-    directions (those of validation are always the sequence's). `cluster`, a Dask scheduler's address, has its workers trace the
-    rays; the asset is the same to the bit. `bands` default to settings.Transfer's, in textures to settings.Texture's.
+    is far beyond the usual. `preview` is a rough network in seconds, by fewer points, rays and steps where none are given. `fresh`
+    makes one even where weights ship with the scene or lie in the cache. `rays` a point default to settings.Transfer's;
+    `sampling`, of maths.sequences.SAMPLINGS, chooses their directions (those of validation are always the sequence's). `cluster`,
+    a Dask scheduler's address, has its workers trace the rays; the asset is the same to the bit. `bands` default to
+    settings.Transfer's, in textures to settings.Texture's.
 
     `cells` cuts a mesh into so many, with a network each where they have enough to learn (baking/cells.py); each adds
     settings.Cells.points of the samples and takes settings.Cells.steps of the steps of one network. auto: as many as the mesh
@@ -89,13 +101,12 @@ def bake(
     TextureTable of `resolution` texels squared, one or one an object (`sets`: auto, one, object), or not `shadowed`; its
     `bounces` are those of one `light`. "volume" gives a VolumeTable of either kind of scene, `resolution` grid points along its
     longest side. `resolution` defaults to settings.Texture's and settings.Volume's.
-    Raises SdfprtError where the scene has no surface or its distance is NaN.
+    Raises SdfprtError where the scene has no surface or its distance is NaN, and for an argument that the storage does not have.
     """
-    asked = divided.counted(cells)
-    if asked is not None and storage != "network":
-        raise SdfprtError(f"cells {cells}: {storage} storage has no networks; leave it out")
-    if storage != "network" and colours is not None:
-        raise SdfprtError(f"colours: {storage} storage has the scene's own inside; leave them out")
+    if light is not None and not bounces:
+        raise SdfprtError(f"light {light.name}: only bounces have a light inside; leave it out")
+    if rays is not None and not shadowed:
+        raise SdfprtError(f"rays {rays}: unshadowed transfer has a closed form; leave it out")
     if storage == "vertex":
         return bake_vertices(scene, bands or settings.Transfer.bands, rays, seed, bounces, shadowed, fresh, sampling)
     if storage == "texture":
@@ -104,24 +115,20 @@ def bake(
         made = bake_textures(scene, *own)
         trim_work(KEEP)
         return made
-    if storage not in ("network", "volume"):
-        raise SdfprtError(f"storage {storage}: there is no such one; there are network, vertex, texture and volume")
-    if not shadowed:
-        raise SdfprtError(f"a {storage} holds shadowed transfer; for unshadowed use storage vertex")
     if storage == "volume":
-        if stages.marked(sampling):
-            raise SdfprtError(f"sampling {sampling}: volume storage has directions of its own; leave it out")
         if bounces:
             raise SdfprtError("a volume holds transfer without bounces; use storage network or vertex")
         table = bake_volume(scene, bands or settings.Transfer.bands, rays, seed, resolution, fresh)
         trim_work(KEEP)
         return table
     check_colours(scene, bounces, colours)
+    asked = divided.counted(cells)
     bands = bands or settings.Transfer.bands
-    rays = settings.Transfer.rays if rays is None else rays
-    resolution = settings.Surface.resolution
-    if preview:
-        points, rays, steps, resolution = 30_000, 64, 800, 128
+    resolution = 128 if preview else settings.Surface.resolution
+    if preview:  # what is given stays
+        points = 30_000 if points == settings.Surface.points else points
+        steps = 800 if steps == settings.Fit.steps else steps
+    rays = rays or (64 if preview else settings.Transfer.rays)
     outputs = bands**2 * (1 + (MOST if bounces and scene.has_albedo else min(bounces, 1)) + (3 if bounces > 1 else 0))  # at most
     held = points * (fit_bytes(outputs) + 24.0 + (8.0 * settings.Bounce.rays if bounces else 0))
     check_memory(f"bake: {points:,} points with {bands} bands{f' and {bounces} bounces' if bounces else ''}", held)

@@ -77,13 +77,6 @@ def bake(
     """Precompute transfer: fit the network, or fill vertices, textures or a volume; goes on where an earlier call was stopped."""
     from sdfprt.baking.sdf import bake as run
 
-    if storage is not None and storage is not Storage.network:
-        network, given = settings.Network, {"points": points - settings.Surface.points, "steps": steps - settings.Fit.steps}
-        given |= {"width": width - network.width, "layers": layers - network.layers, "preview": preview}
-        for name, value in (given | {"target-psnr": target_psnr, "cluster": cluster}).items():
-            if value:
-                raise SdfprtError(f"--{name}: {storage.value} storage does not have it; leave it out")
-
     if (light is not None or yaw) and not (storage is Storage.texture and bounces):
         raise SdfprtError(
             f"--light {light}, --yaw {yaw:g}: only --bounces of --storage texture have a light inside; leave them out"
@@ -111,7 +104,7 @@ def bake(
         cells=cells,
         shadowed=transfer is Transfer.shadowed,
         light=None if light is None else read_light(light, Layout.auto).rotated(yaw=yaw),
-        **of_textures(storage, resolution, sets),
+        **of_textures(resolution, sets),
     )
     if output is not None:
         asset.save(output)

@@ -365,7 +365,9 @@ class Weights:
         if self.asset is None:
             width = settings.Network.width if self.width is None else self.width
             own = {"storage": (self.storage or Storage.network).value, "bounces": self.bounces, "cells": self.cells}
-            own |= of_textures(self.storage, self.resolution, self.sets)
+            own |= of_textures(self.resolution, self.sets)
+            if self.width is not None and self.storage not in (None, Storage.network):
+                raise SdfprtError(f"--width {self.width}: {self.storage.value} storage has no neurons; leave it out")
             if self.storage is Storage.texture and self.bounces:
                 own |= {"light": light}
             return bake(scene, width=width, shadowed=self.transfer is Transfer.shadowed, **own)
@@ -389,13 +391,10 @@ class Weights:
         return self.read(scene) if self.asset is None else Asset.load(self.asset, scene=scene)
 
 
-def of_textures(storage: Storage | None, resolution: int | None, sets: Sets | None) -> dict[str, Any]:
-    """What `bake` takes of these flags. Raises SdfprtError for one that the storage does not have."""
-    given = {name: value for name, value in (("resolution", resolution), ("sets", sets)) if value is not None}
-    for name, value in given.items():
-        if storage is not Storage.texture and (name, storage) != ("resolution", Storage.volume):
-            raise SdfprtError(f"--{name} {value}: only textures have it; give --storage texture")
-    return {name: getattr(value, "value", value) for name, value in given.items()}
+def of_textures(resolution: int | None, sets: Sets | None) -> dict[str, Any]:
+    """What `bake` takes of these flags; it refuses what a storage does not have."""
+    given = {"resolution": resolution, "sets": sets and sets.value}
+    return {name: value for name, value in given.items() if value is not None}
 
 
 def read_light(name: str, layout: Layout) -> "Light":

@@ -163,6 +163,8 @@ def frame(
         if not isinstance(scene, MeshScene):
             raise SdfprtError(f"{scene.file}: an asset of vertex or texture storage belongs to a mesh, and this is an SDF")
         asset.check(scene)
+        if backend == "torch":
+            raise SdfprtError("backend torch: vertex and texture storage are drawn by glsl, or by warp without OpenGL")
         by_shader = backend == "glsl" or (backend == "auto" and has_opengl())
         if not asset.shadowed:
             shot = shot.without_suns("their rays cast shadows, and this transfer has none")

@@ -173,7 +173,7 @@ def test_what_has_no_cells_says_so(small):
     with pytest.raises(SdfprtError, match="is an SDF"):
         bake(Scene(glsl="float sdf(vec3 p) { return length(p) - 0.5; }"), cells=4, **SMALL)
     for storage in ("vertex", "texture"):
-        with pytest.raises(SdfprtError, match="has no networks"):
+        with pytest.raises(SdfprtError, match="does not have it"):
             bake(small, cells=2, storage=storage)
     with pytest.raises(SdfprtError, match="fewer --cells"):
         bake(small, cells=1024, width=1024)

@@ -146,5 +146,5 @@ def test_files_come_back_and_faults_are_one_line(tmp_path: Path) -> None:
         bake(sphere, storage="vertex")
     with pytest.raises(SdfprtError, match="storage rope"):
         bake(made, storage="rope")
-    with pytest.raises(SdfprtError, match="use storage vertex"):
-        bake(made, bounces=1)
+    with pytest.raises(SdfprtError, match="shadowed False: network storage does not have it"):
+        bake(made, shadowed=False)

@@ -136,7 +136,7 @@ def test_files_come_back_and_faults_are_one_line(tmp_path: Path) -> None:
     with pytest.raises(SdfprtError, match="not an asset of volume storage"):
         VolumeTable.load(tmp_path / "w.safetensors")
     for given, words in (
-        ({"bounces": 1}, "without bounces"),
+        ({"bounces": 1}, "volume storage does not have it"),
         ({"shadowed": False}, "shadowed"),
         ({"resolution": 2}, "at least 4"),
         ({"resolution": 4000}, "4 to 1024"),

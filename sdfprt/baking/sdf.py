@@ -116,8 +116,6 @@ def bake(
         trim_work(KEEP)
         return made
     if storage == "volume":
-        if bounces:
-            raise SdfprtError("a volume holds transfer without bounces; use storage network or vertex")
         table = bake_volume(scene, bands or settings.Transfer.bands, rays, seed, resolution, fresh)
         trim_work(KEEP)
         return table

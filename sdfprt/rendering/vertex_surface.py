@@ -42,22 +42,34 @@ def joined(table: VertexTable, shot: Shot) -> Shot:
     return replace(shot, lighting=replace(shot.lighting, gloss="sh"))
 
 
+class VertexBuffers:
+    """The mesh, each vertex' row of its other side, and the table, four coefficients a vector."""
+
+    def __init__(self, scene: MeshScene, table: VertexTable) -> None:
+        self.buffers = MeshBuffers(scene)
+        self.back = context().buffer(rows(scene)[2].tobytes())
+        padded = np.zeros((*table.transfer.shape[:2], -(-(table.bands**2) // 4) * 4), np.float32)
+        padded[..., : table.bands**2] = table.transfer
+        self.rows = context().buffer(padded.tobytes())
+
+    def release(self) -> None:
+        for thing in (self.buffers, self.back, self.rows):
+            thing.release()
+
+
 @in_render_thread
 def draw(scene: MeshScene, table: VertexTable, light: Light, shot: Shot) -> Frame:
     """Draw with transfer of vertices, by OpenGL. Raises SdfprtError without OpenGL, and where the picture is not finite."""
-    gl, scene = context(), scene.of_vertices
+    scene = scene.of_vertices
     given = prepared(scene, table, light, shot)
     options, material = shot.lighting, shot.material
     bands, results = options.light_bands or table.bands, options.result_bands or table.bands
     variant = Variant(lobes_of(material), bands, results, options.product == "tpfl")
     program = programs().gouraud_program(table.bands, variant)
-    buffers: MeshBuffers = programs().meshes.get(scene.hash + scene.look, lambda: MeshBuffers(scene))
-    back = gl.buffer(rows(scene)[2].tobytes())
-    padded = np.zeros((*table.transfer.shape[:2], -(-(table.bands**2) // 4) * 4), np.float32)
-    padded[..., : table.bands**2] = table.transfer
-    rows_there = gl.buffer(padded.tobytes())
-    array = buffers.array(program, (back, "1i", "otherRow"))
-    held: list = [array, back, rows_there, *set_light(program, variant, table.bands, given.coefficients)]
+    there: VertexBuffers = programs().meshes.get(table.digest + scene.look, lambda: VertexBuffers(scene, table))
+    buffers = there.buffers
+    array = buffers.array(program, (there.back, "1i", "otherRow"))
+    held: list = [array, *set_light(program, variant, table.bands, given.coefficients)]
     albedo, exponent, specular = mesh_surface.look_of(scene, material)
     if reflects(material):
         set_environment(program, light)
@@ -67,7 +79,7 @@ def draw(scene: MeshScene, table: VertexTable, light: Light, shot: Shot) -> Fram
     def lit(target: Target, tile: Tile) -> None:
         suns = sun_textures(scene, given.suns, shot, target, tile)
         target.lit.use()
-        rows_there.bind_to_storage_buffer(_TABLE)
+        there.rows.bind_to_storage_buffer(_TABLE)
         for unit, texture in zip(SUNS.values(), suns, strict=False):
             texture.use(unit)
         mesh_surface.place_camera(program, scene, shot.camera, tile, shot.fine)

@@ -6,6 +6,8 @@ the albedo of what light met on its way is inside, that of the vertex itself is 
 
 from __future__ import annotations
 
+import functools
+import hashlib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -35,6 +37,13 @@ class VertexTable:
     @property
     def bands(self) -> int:
         return round(self.transfer.shape[2] ** 0.5)
+
+    @functools.cached_property
+    def digest(self) -> str:
+        """Of all that a picture depends on."""
+        found = hashlib.sha256(f"{self.scene_hash} {self.transfer.shape}".encode())
+        found.update(np.ascontiguousarray(self.transfer).data)
+        return found.hexdigest()[:16]
 
     def check(self, scene: MeshScene) -> None:
         """Raise SdfprtError where this table was baked for another mesh."""

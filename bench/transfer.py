@@ -84,14 +84,20 @@ def exactness(scene: Scene, stand_in: Lattice | None, found: Surface, points: in
     return agree, float(np.sqrt(np.mean((ours - exact) ** 2)))
 
 
+def embree(scene: Scene, resolution: int, origins: np.ndarray, ways: np.ndarray) -> tuple[Callable[[], np.ndarray], ...]:
+    """Mitsuba's ray_test of these rays on the mesh of an SDF, in order and shuffled: what to time."""
+    return ray_tests(*surface.mesh(scene, resolution), origins, ways)
+
+
 @no_type_check
-def embree(scene: Scene, resolution: int, origins: np.ndarray, ways: np.ndarray) -> tuple[Callable[[], None], ...]:
-    """Mitsuba's ray_test of these rays on the mesh, in order and shuffled: what to time."""
+def ray_tests(
+    vertices: np.ndarray, faces: np.ndarray, origins: np.ndarray, ways: np.ndarray
+) -> tuple[Callable[[], np.ndarray], ...]:
+    """Mitsuba's ray_test of rays on triangles, in order and shuffled; what they return is which rays meet something."""
     import drjit as dr
     from mitsuba_scene import mitsuba
 
     mi = mitsuba()
-    vertices, faces = surface.mesh(scene, resolution)
     mesh = mi.Mesh("mesh", len(vertices), len(faces))
     table = mi.traverse(mesh)
     table["vertex_positions"] = mi.Float(np.ascontiguousarray(vertices).ravel())
@@ -103,9 +109,11 @@ def embree(scene: Scene, resolution: int, origins: np.ndarray, ways: np.ndarray)
         o, d = mi.Point3f(origins[order].T), mi.Vector3f(ways[order].T)
         dr.eval(o, d)
 
-        def run(o=o, d=d) -> None:
-            dr.eval(world.ray_test(mi.Ray3f(o, d)))
+        def run(o=o, d=d) -> np.ndarray:
+            met = world.ray_test(mi.Ray3f(o, d))
+            dr.eval(met)
             dr.sync_thread()
+            return met
 
         runs.append(run)
     return tuple(runs)

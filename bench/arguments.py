@@ -60,6 +60,8 @@ def calls(folder: Path) -> Iterator[tuple[str, Callable[[], Any]]]:
     )
     yield from wrong(sdfprt.Diffuse, {}, albedo=(*NOT_A_TRIPLE, (-1, 0, 0)))
     yield from wrong(sdfprt.Phong, {}, exponent=(*NOT_A_NUMBER, -1, HUGE), specular=(*NOT_A_TRIPLE, (-1, 0, 0)))
+    yield from wrong(sdfprt.Reflection, {}, specular=(*NOT_A_TRIPLE, (-1, 0, 0)))
+    yield from wrong(sdfprt.DiffuseReflection, {}, albedo=NOT_A_TRIPLE, specular=NOT_A_TRIPLE)
     yield from wrong(sdfprt.DiffusePhong, {}, albedo=NOT_A_TRIPLE, exponent=(*NOT_A_NUMBER, -1), specular=NOT_A_TRIPLE)
     yield from wrong(
         sdfprt.Light,
@@ -69,6 +71,8 @@ def calls(folder: Path) -> Iterator[tuple[str, Callable[[], Any]]]:
     yield from wrong(sdfprt.Light, {"pixels": picture}, rotation=(None, np.zeros((3, 3)), np.full((3, 3), NAN), np.eye(2), "a"))
     yield from wrong(light.rotated, {}, yaw=NOT_A_NUMBER, rotation=(np.zeros((3, 3)), "a", np.eye(4), np.full((3, 3), NAN)))
     yield from wrong(light.sh, {}, bands=NOT_BANDS)
+    yield from wrong(light.sh, {"bands": 2, "samples": 8}, samples=(0, -1, 2.5, "a"), sampling=("halton", None, 5), seed=(-1, "a"))
+    yield from wrong(light.picture, {}, layout=("strip", None, 5), side=NOT_A_COUNT)
     yield from wrong(light.radiance, {}, directions=("abc", None, np.zeros((4, 2)), np.full((4, 3), NAN)))
     yield from wrong(sdfprt.Light.load, {}, source=("nothing", None, 5, str(folder), "nothing.exr"))
     yield from wrong(sdfprt.Scene, {}, glsl=(None, 5, "", "no code", b"float"))
@@ -115,6 +119,7 @@ def calls(folder: Path) -> Iterator[tuple[str, Callable[[], Any]]]:
         bands=NOT_BANDS,
         rays=NOT_A_COUNT,
         seed=("a", None, 2.5),
+        sampling=("halton", None, 5),
     )
     right = {"points": points, "normals": normals, "transfer": transfer, "width": 8, "layers": 2, "steps": 5}
     yield from wrong(
@@ -198,6 +203,8 @@ def calls(folder: Path) -> Iterator[tuple[str, Callable[[], Any]]]:
         samples=NOT_A_COUNT,
         kind=("gif", None, 5),
         exposure=NOT_A_NUMBER,
+        tonemap=("neon", None, 5),
+        bloom=(*NOT_A_NUMBER, -1, 2),
         assets=(5, [5]),
     )
 
@@ -216,6 +223,8 @@ def calls(folder: Path) -> Iterator[tuple[str, Callable[[], Any]]]:
     )
     yield from wrong(sh.triple_product, {"bi": 2, "bj": 2, "bk": 2}, bi=NOT_BANDS)
     yield from wrong(sh.project, {"latlong": picture, "bands": 3}, latlong=(None, "a", picture[..., 0]), bands=NOT_BANDS)
+    few = {"function": lambda d: d, "bands": 2, "samples": 8}
+    yield from wrong(sh.project_samples, few, function=(None, "a", lambda d: d[:, 0]), bands=NOT_BANDS, samples=NOT_A_COUNT)
     yield from wrong(sh.power_zonal, {"exponent": 3.0, "bands": 3}, exponent=(*NOT_A_NUMBER, -1), bands=NOT_BANDS)
     yield from wrong(sh.dering, {}, coefficients=(None, "a", rows[:, 0], np.zeros((5, 3)), np.full((4, 3), NAN)))
     yield from wrong(csg.sphere, {}, radius=(*NOT_A_NUMBER, -1))

@@ -6,6 +6,7 @@ Matrices" and "Chromatic Adaptation").
 """
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -13,6 +14,7 @@ from numpy import ndarray
 from scipy.ndimage import gaussian_filter
 
 from sdfprt.core import settings
+from sdfprt.core.arguments import checked
 from sdfprt.core.errors import SdfprtError
 
 REC_709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)  # x, y of red, green, blue and white
@@ -37,15 +39,16 @@ def srgb_decode(encoded: ndarray) -> ndarray:
     return np.where(x <= 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4)
 
 
+@checked(finite=False, exposure=(0, None), bloom=(0, 1))
 def tone_map(
-    radiance: ndarray,
+    radiance: Any,
     exposure: float = settings.Render.exposure,
     curve: str = settings.Render.tonemap,
     bloom: float = settings.Render.bloom,
 ) -> ndarray:
     """Radiance to [0, 1] by one of CURVES, of pictures or single colours; `bloom` needs a picture (H, W, 3).
 
-    Raises SdfprtError for another curve, and for a bloom that is no share.
+    Raises SdfprtError for another curve, for an exposure that is negative and for a bloom that is no share.
     """
     if curve not in CURVES:
         raise SdfprtError(f"tonemap {curve}: there is no such curve; there are {', '.join(CURVES)}")

@@ -93,6 +93,8 @@ def project_samples(
     equal density; a shift by the seed makes each sampling unbiased. The error falls as n to the -1/2 where they are random, sooner
     where they are not. Raises SdfprtError for another sampling, and for another shape.
     """
+    if not callable(function):
+        raise SdfprtError("project_samples: function: expected one of directions (N, 3) that gives values (N, C)")
     shift = np.random.default_rng((seed, samples)).random(2)
     directions = sphere.uniform_sphere((sequences.points(samples, sampling, seed) + shift) % 1.0)
     total: Any = 0.0

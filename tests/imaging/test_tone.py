@@ -72,8 +72,10 @@ def test_the_halo_of_a_lamp_is_the_mean_of_three_gaussians():
 def test_wrong_curves_and_blooms_are_one_line(tmp_path: Path):
     with pytest.raises(SdfprtError, match="tonemap neon: there is no such curve; there are shoulder, linear"):
         image.write(tmp_path / "a.png", NIGHT, tonemap="neon")
-    with pytest.raises(SdfprtError, match=r"bloom 2 of .*give a share from 0 to 1"):
+    with pytest.raises(SdfprtError, match=r"bloom 2\.0: expected at least 0 and at most 1"):
         image.write(tmp_path / "a.png", NIGHT, bloom=2.0)
+    with pytest.raises(SdfprtError, match=r"bloom 0\.5 of \(3, 3\): give a share from 0 to 1, of a picture"):
+        tone.tone_map(np.ones((3, 3)), bloom=0.5)
     assert not list(tmp_path.iterdir())
 
 

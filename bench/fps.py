@@ -91,7 +91,8 @@ def literal_network(net: TransferNet) -> str:
         lines += [f"vec4 s{depth}_{i} = {text};" for i, text in enumerate(rows)]
         final = depth == len(net.weights) - 1
         layer = [f"tanh(s{depth}_{i})" if final else f"max(s{depth}_{i}, 0.01 * s{depth}_{i})" for i in range(len(rows))]
-    lines += [f"transfer[{i}] = {vector(s)} * {text};" for i, (s, text) in enumerate(zip(fours(net.scale), layer, strict=True))]
+    rows = zip(fours(net.scale), layer, pieces.open_sky(net, "n"), strict=True)
+    lines += [f"transfer[{i}] = {vector(s)} * {text}{above};" for i, (s, text, above) in enumerate(rows)]
     return "\n".join([*lines, "}"])
 
 

@@ -24,14 +24,17 @@ def scene() -> Scene:
 
 
 def random_net(width: int = 16, layers: int = 3, bands: int = 4, octaves: tuple[int, int] = (2, 1)) -> TransferNet:
-    """Not trained: its values vary over the surface, which is what a comparison of evaluators needs. Half floats hold it."""
+    """Not trained: its values vary over the surface, which is what a comparison of evaluators needs. Half floats hold it.
+
+    Of three bands and more it holds what is missing from the transfer of an open sky, as a fit's.
+    """
     rng = np.random.default_rng(width + layers + bands)
     sizes = [6 + 6 * sum(octaves)] + [width] * (layers - 1) + [bands * bands]
     held = lambda values: values.astype(np.float16).astype(np.float32)  # noqa: E731
     weights = [(held(rng.normal(0, (2 / i) ** 0.5, (o, i))), held(rng.normal(0, 0.1, o))) for i, o in itertools.pairwise(sizes)]
     scale = np.linspace(0.5, 1.5, bands * bands).astype(np.float32)
     weights[-1][1][0] = 2.0  # mostly positive transfer in the constant band
-    return TransferNet(weights, scale, (0.0, 0.0, 0.0), 1.0, *octaves, bands)
+    return TransferNet(weights, scale, (0.0, 0.0, 0.0), 1.0, *octaves, bands, residual=bands >= 3)
 
 
 def random_volume(bands: int = 4) -> VolumeTable:

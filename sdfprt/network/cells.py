@@ -25,7 +25,7 @@ from sdfprt.core.files import atomic_write
 from sdfprt.material.colours import Bounces
 from sdfprt.maths.sh import module_of
 from sdfprt.network.mlp import TransferNet, contents, network_of
-from sdfprt.network.stored import CELLS_FORMAT, CellsHeader, cell_tensors, checksum, parse_cells_header
+from sdfprt.network.stored import CELLS_FORMATS, CellsHeader, cell_tensors, checksum, parse_cells_header
 
 Place = tuple[float, float, float]
 
@@ -138,7 +138,7 @@ class CellNets:
 
         tensors, one = self.tensors(), self.nets[0]
         header = {
-            "format": CELLS_FORMAT,
+            "format": CELLS_FORMATS[one.residual],
             "low": list(self.cells.low),
             "side": list(self.cells.side),
             "band": self.cells.band,
@@ -166,7 +166,7 @@ def read(path: str | Path) -> tuple[AnyNet, dict]:
     """One network or those of cells, and all the file's metadata. Raises SdfprtError as `mlp.read` does."""
     with contents(path) as (text, tensors):
         meta = json.loads(text)
-        if not isinstance(meta, dict) or meta.get("format") != CELLS_FORMAT:
+        if not isinstance(meta, dict) or meta.get("format") not in CELLS_FORMATS:
             return network_of(text, tensors), meta
         return _cells_of(parse_cells_header(text), tensors, meta.get("info", {})), meta
 

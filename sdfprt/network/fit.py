@@ -1,10 +1,10 @@
 """The recipe that trains a transfer network: squared loss, Muon on the matrices, which decay, Adam on the biases, one cycle.
 
 Targets are Monte Carlo transfer; their noise is unbiased, so the squared loss fits the mean through it (L1 would fit
-the median). Batches hold samples as often as pictures show them, and coefficients count as light uses them (importance.py).
-A step depends on the seed and on what the step before left, nothing else: a checkpoint taken anywhere goes on to the same
-bits. Muon is momentum whose steps are orthogonalised by a Newton-Schulz iteration (Jordan et al. 2024), here in float32,
-since CPUs lack a fast bfloat16.
+the median). What is learnt is how far transfer falls short of an open sky's, which is known. Batches hold samples as often
+as pictures show them, and coefficients count as light uses them (importance.py). A step depends on the seed and on what the
+step before left, nothing else: a checkpoint taken anywhere goes on to the same bits. Muon is momentum whose steps are
+orthogonalised by a Newton-Schulz iteration (Jordan et al. 2024), here in float32, since CPUs lack a fast bfloat16.
 """
 
 import math
@@ -30,7 +30,7 @@ from sdfprt.core.settings import Fit, Network
 from sdfprt.material.colours import Bounces
 from sdfprt.network.cells import CellNets
 from sdfprt.network.importance import coefficient_weights, importance
-from sdfprt.network.mlp import TransferNet, encode
+from sdfprt.network.mlp import OPEN_BANDS, TransferNet, encode, open_sky
 from sdfprt.network.optimizer import Descent, descend, matrices
 from sdfprt.network.stored import LAYERS, OCTAVES, WIDTHS
 
@@ -102,9 +102,11 @@ def fit_transfer(
         aside = np.arange(len(points)) % _HELD_OUT == _HELD_OUT - 1
         validation = points[aside], normals[aside], transfer[aside]
         points, normals, transfer = points[~aside], normals[~aside], transfer[~aside]
-    scale = np.maximum(1.05 * np.abs(transfer).max(axis=0), 1e-6).astype(np.float32)
-
     seen = importance(transfer)
+    residual = bands >= OPEN_BANDS
+    if residual:
+        transfer = transfer - open_sky(normals, transfer.shape[1])
+    scale = np.maximum(1.05 * np.abs(transfer).max(axis=0), 1e-6).astype(np.float32)
 
     x, n, target, to_scale = (
         torch.as_tensor(np.asarray(a, np.float32), device=device)
@@ -133,6 +135,7 @@ def fit_transfer(
             normal_frequencies,
             bands,
             bounces=bounces,
+            residual=residual,
         )
 
     batch = min(batch, len(x))

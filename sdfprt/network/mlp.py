@@ -1,7 +1,8 @@
 """The transfer network: (p, n) -> T, a small MLP with positional encoding (learnt transfer, Sec. 4).
 
 Features, in this order: x, n, then for each octave k sin(2^k pi x), cos(2^k pi x), then the same for n; with
-x = (p - center) / extent. Layers are linear with leaky ReLU (slope 0.01) between them; T = scale * tanh(last layer).
+x = (p - center) / extent. Layers are linear with leaky ReLU (slope 0.01) between them; T = scale * tanh(last layer), and on top of
+that the transfer of an open sky where the network holds what is missing from it (`residual`).
 """
 
 from __future__ import annotations
@@ -23,10 +24,12 @@ from sdfprt.core.arguments import checked
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
 from sdfprt.material.colours import Bounces
+from sdfprt.maths import sh
 from sdfprt.maths.sh import module_of
-from sdfprt.network.stored import FORMAT, MAX_BYTES, check_tensors, checksum, parse_header
+from sdfprt.network.stored import FORMATS, MAX_BYTES, check_tensors, checksum, parse_header
 
 SLOPE = 0.01
+OPEN_BANDS = 3  # of the open sky's transfer: its degree 3 is nothing
 
 
 def encode(
@@ -72,11 +75,26 @@ def activate(layers: Sequence[tuple[Any, Any]], features: Float[Any, "n f"]) -> 
     return np.tanh(np.matmul(h, w.T) + b) if xp is np else xp.tanh(xp.addmm(b, h, w.T).float())
 
 
+def open_sky(normals: Float[Any, "n 3"], outputs: int) -> Float[Any, "n k"]:
+    """Transfer with nothing in the way, up to degree OPEN_BANDS - 1; the other outputs are 0. Float32, of numpy or of torch.
+
+    The degree after that has none, and later ones have little. Twin of `openSky` in shaders/rendering/network.glsl.
+    """
+    xp = module_of(normals)
+    zonal = sh.cosine_zonal(OPEN_BANDS) * np.sqrt(4 * np.pi / (2 * np.arange(OPEN_BANDS) + 1))
+    factors = zonal[sh.band_of(OPEN_BANDS)].astype(np.float32)
+    basis = sh.basis(normals, OPEN_BANDS)
+    low = basis.astype(np.float32) * factors if xp is np else basis * xp.as_tensor(factors, device=normals.device)
+    more = outputs - OPEN_BANDS**2
+    return np.pad(low, ((0, 0), (0, more))) if xp is np else xp.nn.functional.pad(low, (0, more))
+
+
 @dataclass(frozen=True, eq=False)
 class TransferNet:
     """`weights`: (W (out, in), b (out,)) a layer; `scale` (outputs,); `info`: how it was fitted, its error.
 
     Outputs are bands**2 coefficients of direct transfer and, where it has `bounces`, as many of each transfer of theirs.
+    `residual`: direct transfer is what the layers give and the transfer of an open sky.
     """
 
     weights: list[tuple[ndarray, ndarray]]
@@ -88,12 +106,13 @@ class TransferNet:
     bands: int
     info: dict = field(default_factory=dict)
     bounces: Bounces | None = None
+    residual: bool = False
 
     @functools.cached_property
     def digest(self) -> str:
         """Of all that the network computes with."""
         encoding = (self.center, self.extent, self.position_frequencies, self.normal_frequencies)
-        h = hashlib.sha256(repr(encoding).encode())
+        h = hashlib.sha256(repr(encoding).encode() + b"residual" * self.residual)
         for w, b in self.weights:
             h.update(w.tobytes() + b.tobytes())
         return h.hexdigest()[:16]
@@ -108,7 +127,10 @@ class TransferNet:
         for first in range(0, len(points), 4096):
             chunk = slice(first, first + 4096)
             x = (np.asarray(points[chunk], np.float32) - np.asarray(self.center, np.float32)) / np.float32(self.extent)
-            out[chunk] = self.scale * forward(self.weights, x, np.asarray(normals[chunk], np.float32), *octaves)
+            n = np.asarray(normals[chunk], np.float32)
+            out[chunk] = self.scale * forward(self.weights, x, n, *octaves)
+            if self.residual:
+                out[chunk] += open_sky(n, len(self.scale))
         return out
 
     def tensors(self) -> dict[str, ndarray]:
@@ -120,7 +142,7 @@ class TransferNet:
 
     def metadata(self) -> dict:
         return {
-            "format": FORMAT,
+            "format": FORMATS[self.residual],
             "center": list(self.center),
             "extent": self.extent,
             "position_frequencies": self.position_frequencies,
@@ -190,4 +212,5 @@ def network_of(text: str, tensors: Mapping[str, ndarray]) -> TransferNet:
         header.bands,
         json.loads(text).get("info", {}),
         header.known_bounces,
+        header.format == FORMATS[True],
     )

@@ -15,8 +15,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from sdfprt.material.colours import MOST, Bounces
 
-FORMAT = "sdfprt-transfer-1"
-CELLS_FORMAT = "sdfprt-cells-1"
+FORMATS = ("sdfprt-transfer-1", "sdfprt-transfer-2")  # the layers give T, or what is missing from an open sky's
+CELLS_FORMATS = ("sdfprt-cells-1", "sdfprt-cells-2")  # the same of networks in cells
 MAX_CELLS = 1024  # of a scene
 MAX_BYTES = 256 << 20  # of a file: ten times the largest network that a bake makes
 WIDTHS, LAYERS, OCTAVES, BANDS = (4, 1024), (2, 32), (0, 20), (1, 8)  # lowest and highest of what is fitted
@@ -73,7 +73,7 @@ class BounceTable(_Strict):
 class Header(_Strict):
     """The JSON in a file's header; `center` and `extent` in scene units map the scene into [-1, 1]^3."""
 
-    format: Literal["sdfprt-transfer-1"]
+    format: Literal["sdfprt-transfer-1", "sdfprt-transfer-2"]
     center: tuple[Coordinate, Coordinate, Coordinate]
     extent: Length
     position_frequencies: Octaves
@@ -104,7 +104,7 @@ class Header(_Strict):
 class CellsHeader(_Strict):
     """The same of networks in cells: `low` and `side` in scene units place them, `band` is half of a blend's width, of a side."""
 
-    format: Literal["sdfprt-cells-1"]
+    format: Literal["sdfprt-cells-1", "sdfprt-cells-2"]
     low: tuple[Coordinate, Coordinate, Coordinate]
     side: tuple[Length, Length, Length]
     band: Annotated[float, Field(ge=1e-6, le=0.5)]
@@ -192,7 +192,12 @@ def cell_tensors(tensors: Mapping[str, ndarray], header: CellsHeader) -> list[tu
         if values.ndim < 1 or len(values) != count:
             raise ValueError(f"{name} has the shape {values.shape}; there are {count} networks")
     octaves = {"position_frequencies": header.position_frequencies, "normal_frequencies": header.normal_frequencies}
-    text = {"format": FORMAT, **octaves, "bands": header.bands, "bounces": header.bounces and header.bounces.model_dump()}
+    text = {
+        "format": FORMATS[CELLS_FORMATS.index(header.format)],
+        **octaves,
+        "bands": header.bands,
+        "bounces": header.bounces and header.bounces.model_dump(),
+    }
     places = ({"center": center[k].tolist(), "extent": float(extent[k])} for k in range(count))
     return [
         (parse_header(json.dumps(text | place)), {name: values[k] for name, values in stacks.items()})

@@ -122,12 +122,13 @@ def shadow_uniforms(scene: Scene) -> dict[str, Any]:
 
 def network_uniforms(net: AnyNet) -> dict[str, Any]:
     """Uniforms of network.glsl, or of cells.glsl, without the weights."""
+    above = {"networkOpen": float(networks(net)[0].residual)}
     if isinstance(net, CellNets):
         cells = net.cells
         counts = tuple(map(int, cells.owner.shape))
-        return {"cellsLow": cells.low, "cellsSide": cells.side, "cellsCount": counts, "cellsBand": float(cells.band)}
-    scale = fours(padded_outputs(net.scale, net))
-    return {"networkCenter": tuple(map(float, net.center)), "networkExtent": float(net.extent), "networkScale": scale}
+        return {"cellsLow": cells.low, "cellsSide": cells.side, "cellsCount": counts, "cellsBand": float(cells.band), **above}
+    box = {"networkCenter": tuple(map(float, net.center)), "networkExtent": float(net.extent)}
+    return {**box, "networkScale": fours(padded_outputs(net.scale, net)), **above}
 
 
 def picture_uniforms(material: Material) -> dict[str, Any]:
@@ -250,7 +251,8 @@ def constant_network(net: TransferNet) -> str:
         layer = [f"h{depth}_{k // 4}.{'xyzw'[k % 4]}" for k in range(len(bias))]
     last = len(net.weights) - 1
     scales = fours(padded_outputs(net.scale, net))
-    lines += [f"transfer[{i}] = {vector(scale)} * tanh(s{last}_{i});" for i, scale in enumerate(scales)]
+    above = open_sky(net, "n[0]")
+    lines += [f"transfer[{i}] = {vector(scale)} * tanh(s{last}_{i}){above[i]};" for i, scale in enumerate(scales)]
     return "\n".join([*lines, "}"])
 
 
@@ -265,6 +267,16 @@ def shader_layers(net: TransferNet) -> list[tuple[np.ndarray, np.ndarray]]:
     """The layers with the outputs as shaders have them."""
     weight, bias = net.weights[-1]
     return [*net.weights[:-1], (padded_outputs(weight, net), padded_outputs(bias, net))]
+
+
+def open_sky(net: TransferNet, n: str) -> list[str]:
+    """What is added to each four outputs of a network whose weights are in the text: `openSky` of network.glsl, or nothing."""
+    low = [0.886226925, *(f"1.02332671 * {v}" for v in (f"-{n}.y", f"{n}.z", f"-{n}.x"))]
+    low += [f"{0.858085531 * sign} * {n}.{a} * {n}.{b}" for sign, a, b in ((1, "x", "y"), (-1, "y", "z"))]
+    low += [f"0.247707956 * (3.0 * {n}.z * {n}.z - 1.0)", f"-0.858085531 * {n}.x * {n}.z"]
+    low += [f"0.429042765 * ({n}.x * {n}.x - {n}.y * {n}.y)", *["0.0"] * 3]
+    rows = [f" + vec4({', '.join(map(str, low[i : i + 4]))})" for i in range(0, 12, 4)]
+    return [rows[i] if net.residual and i < 3 else "" for i in range(len(padded_outputs(net.scale, net)) // 4)]
 
 
 def shader_columns(net: TransferNet) -> np.ndarray:

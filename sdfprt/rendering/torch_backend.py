@@ -24,7 +24,7 @@ from sdfprt.light.suns import NO_SUNS, Suns
 from sdfprt.material import shading
 from sdfprt.material.lobes import parts
 from sdfprt.network.cells import AnyNet, CellNets
-from sdfprt.network.mlp import TransferNet, activate, encode
+from sdfprt.network.mlp import TransferNet, activate, encode, open_sky
 from sdfprt.rendering.frame import bounced_of, checked, prepared, tiles, trace_suns, trace_tile
 from sdfprt.rendering.traced import sun_planes, trace_planes
 from sdfprt.sdf.kinds import AnyScene
@@ -92,6 +92,8 @@ def predict(
         chunk = slice(first, first + batch)
         features = encode((all_points[chunk] - center) / net.extent, all_normals[chunk], *octaves)
         out[chunk] = scale * activate(layers, features.to(kind))
+        if net.residual:
+            out[chunk] += open_sky(all_normals[chunk], len(scale))
     return out
 
 

@@ -9,6 +9,7 @@ uniform sampler2D networkWeights;  // 4x4 blocks, row of blocks after row, layer
 uniform vec3 networkCenter;
 uniform float networkExtent;
 uniform vec4 networkScale[NETWORK_OUTPUTS];
+uniform float networkOpen;  // 1: what the layers give is added to the transfer of an open sky, 0: it is transfer
 uniform int once;  // 1: loops whose length the compiler cannot know stay loops, and compile in seconds
 #if CELLS > 1
 int networkStart;  // first texel of the network that is asked: cells.glsl chooses
@@ -47,6 +48,14 @@ vec4 networkScales(int row) {
 #else
     return networkScale[row];
 #endif
+}
+
+// Transfer with nothing in the way of the sky, four coefficients of it: the clamped cosine about n, up to degree 2, since degree 3 has
+// none (Ramamoorthi and Hanrahan 2001). Twin of `open_sky` in sdfprt/network/mlp.py.
+vec4 openSky(vec3 n, int row) {
+    if (row == 0) return vec4(0.886226925, 1.02332671 * vec3(-n.y, n.z, -n.x));
+    if (row == 1) return vec4(0.858085531 * vec2(n.x, -n.z) * n.y, 0.247707956 * (3.0 * n.z * n.z - 1.0), -0.858085531 * n.x * n.z);
+    return row == 2 ? vec4(0.429042765 * (n.x * n.x - n.y * n.y), 0.0, 0.0, 0.0) : vec4(0.0);
 }
 
 // T_i at POINTS points p with unit normals n, in fours, point after point; a weight is fetched once for all of them.
@@ -103,5 +112,6 @@ void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * NETWORK_
         for (int i = 0; i < POINTS * WIDTH * once; i++) a[i] = max(b[i], 0.01 * b[i]);
     }
     for (int row = 0; row < NETWORK_OUTPUTS; row++)
-        for (int k = 0; k < POINTS; k++) transfer[k * NETWORK_OUTPUTS + row] = networkScales(row) * tanh(b[POINTS * row + k]);
+        for (int k = 0; k < POINTS; k++)
+            transfer[k * NETWORK_OUTPUTS + row] = networkScales(row) * tanh(b[POINTS * row + k]) + networkOpen * openSky(n[k], row);
 }

@@ -1,17 +1,20 @@
 """Transfer networks against torch's own layers, and their fit against a closed form."""
 
+import json
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 import torch
+from safetensors import safe_open
 from safetensors.numpy import save_file
 
 from sdfprt import SdfprtError, TransferNet, fit_transfer
 from sdfprt.core import kernels, settings
 from sdfprt.maths import sh
 from sdfprt.network import fit, optimizer
-from sdfprt.network.mlp import encode
+from sdfprt.network.mlp import encode, open_sky
 
 
 def _net(width: int = 64, seed: int = 0) -> TransferNet:
@@ -28,14 +31,15 @@ def _net(width: int = 64, seed: int = 0) -> TransferNet:
     return TransferNet(weights, np.linspace(0.5, 1.5, 16, dtype=np.float32), (0.1, 0.2, 0.3), 1.5, 6, 6, 4, {"seed": 1})
 
 
-def _samples(count: int, seed: int = 0, noise: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Points, normals, and transfer where nothing shadows: the cosine lobe (Ramamoorthi 2001); with noise."""
+def _samples(count: int, seed: int = 0, noise: float = 0.0, shadow: float = 0.4) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points, normals, and transfer where a veil lets 1 - shadow to 1 of the light through: so much of the cosine lobe (Ramamoorthi
+    2001); with noise."""
     random = np.random.default_rng(seed)
     points = random.uniform(-1, 1, (count, 3)).astype(np.float32)
     normals = random.normal(size=(count, 3)).astype(np.float32)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     lobe = np.repeat([np.pi, 2 * np.pi / 3, np.pi / 4, 0.0], [1, 3, 5, 7])
-    transfer = lobe * sh.basis(normals, 4)
+    transfer = (1 - shadow / 2 + shadow / 2 * np.sin(3 * points[:, :1])) * lobe * sh.basis(normals, 4)
     return points, normals, (transfer + noise * random.normal(size=transfer.shape)).astype(np.float32)
 
 
@@ -65,6 +69,33 @@ def test_doubling_angles_gives_sines_and_cosines_of_every_octave():
     # Float32: the last octave's argument, 100 rad, is off by 8e-6, and each doubling doubles an error of 6e-8
     np.testing.assert_allclose(encode(points, normals, 6, 3), expected, rtol=0, atol=3e-5)
     np.testing.assert_allclose(encode(torch.tensor(points), torch.tensor(normals), 6, 3).numpy(), expected, rtol=0, atol=3e-5)
+
+
+@pytest.mark.parametrize("bands", [3, 4])
+def test_the_open_skys_transfer_is_the_closed_form(bands):
+    _, normals, lobe = _samples(100, shadow=0)
+    np.testing.assert_allclose(open_sky(normals, bands**2), lobe[:, : bands**2], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(open_sky(torch.tensor(normals), bands**2).numpy(), lobe[:, : bands**2], rtol=0, atol=1e-6)
+
+
+def test_what_falls_short_of_an_open_sky_is_added_to_it_and_a_file_says_so(tmp_path):
+    points, normals, lobe = _samples(50, shadow=0)
+    plain, above = _net(), replace(_net(), residual=True)
+    np.testing.assert_allclose(above.predict(points, normals), plain.predict(points, normals) + lobe, rtol=0, atol=1e-6)
+    assert above.digest != plain.digest
+    for net, version in ((plain, 1), (above, 2)):
+        net.save(tmp_path / "net.safetensors")
+        with safe_open(tmp_path / "net.safetensors", "numpy") as file:
+            assert json.loads(file.metadata()["sdfprt"])["format"] == f"sdfprt-transfer-{version}"
+        loaded = TransferNet.load(tmp_path / "net.safetensors")
+        np.testing.assert_array_equal(loaded.predict(points, normals), net.predict(points, normals))
+
+
+def test_transfer_of_an_open_sky_is_learnt_at_once():
+    """Nothing is left to learn, and one step from random weights shows no more than what they began with."""
+    points, normals, transfer = _samples(5000, shadow=0)
+    net = fit_transfer(points, normals, transfer, width=16, layers=3, steps=1, batch=512)
+    assert net.residual and net.info["validation_rmse"] < 1e-5
 
 
 def test_a_file_gives_the_network_back_and_is_small(tmp_path):

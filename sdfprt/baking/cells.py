@@ -249,5 +249,5 @@ def fitted(
         found = stages.fitted(stems[k])
         nets.append(found or stages.network(stems[k], task(k), f"cell {k + 1} of {len(numbers)}, fit k={size.width}"))
     about = {"samples": sum(net.info["samples"] for net in nets), **{key: nets[0].info[key] for key in ("batch", "seed")}}
-    about |= {"steps": sum(net.info["steps"] for net in nets), "cells": list(cells.owner.shape), "networks": len(nets)}
+    about |= {"steps": max(net.info["steps"] for net in nets), "cells": list(cells.owner.shape), "networks": len(nets)}
     return CellNets(tuple(nets), cells, about | measure(CellNets(tuple(nets), cells), *validation))

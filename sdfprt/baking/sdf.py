@@ -148,6 +148,7 @@ def bake(
     if count > 1:
         divided.check_weights(scene, count, Size(width, layers), bands)
         points, steps = divided.points_of(points, count), max(round(steps * settings.Cells.steps), 1)
+        check_memory(f"bake: {points:,} points in {count} cells", points * (8.0 * bands**2 + 48.0))
     traced, train, validation = _samples(scene, points, rays, bands, seed, resolution, cluster, sampling)
     parted = divided.merged(divided.even(scene.bounds, divided.cut(scene.bounds, count)), *train) if count > 1 else None
     known = None

@@ -52,6 +52,7 @@ KEEP = 24  # working files that stay when a bake ends
     sampling=("network", "vertex", "texture"),
     resolution=("texture", "volume"),
     sets=("texture",),
+    density=("texture",),
     light=("texture",),
     cells=("network",),
 )
@@ -73,6 +74,7 @@ def bake(
     shadowed: bool = True,
     resolution: int | None = None,
     sets: str = settings.Texture.sets,
+    density: float | None = None,
     light: Light | None = None,
     sampling: str = settings.Transfer.sampling,
     cells: int | str = "auto",
@@ -98,9 +100,10 @@ def bake(
     default is its own few, or means of regions.
 
     `storage` "vertex" gives a VertexTable of a mesh, with `bounces` diffuse interreflections, or not `shadowed`; "texture" a
-    TextureTable of `resolution` texels squared, one or one an object (`sets`: auto, one, object), or not `shadowed`; its
-    `bounces` are those of one `light`. "volume" gives a VolumeTable of either kind of scene, `resolution` grid points along its
-    longest side. `resolution` defaults to settings.Texture's and settings.Volume's.
+    TextureTable of `resolution` texels squared, or of as many as give each set `density` texels a unit of the mesh; one or one an
+    object (`sets`: auto, one, object), or not `shadowed`; its `bounces` are those of one `light`. "volume" gives a VolumeTable of
+    either kind of scene, `resolution` grid points along its longest side. `resolution` defaults to settings.Texture's and
+    settings.Volume's.
     Raises SdfprtError where the scene has no surface or its distance is NaN, and for an argument that the storage does not have.
     """
     if light is not None and not bounces:
@@ -110,8 +113,7 @@ def bake(
     if storage == "vertex":
         return bake_vertices(scene, bands or settings.Transfer.bands, rays, seed, bounces, shadowed, fresh, sampling)
     if storage == "texture":
-        side = resolution or settings.Texture.resolution
-        own = bands or settings.Texture.bands, rays, seed, side, sets, shadowed, fresh, bounces, light, sampling
+        own = bands or settings.Texture.bands, rays, seed, resolution, sets, shadowed, fresh, bounces, light, sampling, density
         made = bake_textures(scene, *own)
         trim_work(KEEP)
         return made

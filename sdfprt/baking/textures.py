@@ -1,7 +1,7 @@
 """The bake of texture storage: an atlas, the place of each texel, transfer there, and what lies between the charts."""
 
+from contextlib import suppress
 from dataclasses import asdict
-from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -15,6 +15,7 @@ from sdfprt.core import settings
 from sdfprt.core.cache import WORK, cache_folder, regular_file
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.limits import check_memory
+from sdfprt.core.opengl import context, in_render_thread
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse
 from sdfprt.mesh.rays import shading_normals
@@ -26,6 +27,8 @@ from sdfprt.tables.texture import TextureTable, light_digest
 from sdfprt.transfer.compute import unshadowed
 from sdfprt.transfer.gathered import gathered
 
+_ATTEMPTS = 4  # atlases that are made for a density
+_ENOUGH = 0.98  # of a density
 TEXELS = (16, 16_384)  # lowest and highest along a side of a texture
 
 
@@ -34,15 +37,18 @@ def bake_textures(
     bands: int = settings.Texture.bands,
     rays: int | None = None,
     seed: int = 0,
-    resolution: int = settings.Texture.resolution,
+    resolution: int | None = None,
     sets: str = settings.Texture.sets,
     shadowed: bool = True,
     fresh: bool = False,
     bounces: int = 0,
     light: Light | None = None,
     sampling: str = settings.Transfer.sampling,
+    density: float | None = None,
 ) -> TextureTable:
     """Transfer in textures of `resolution` texels squared, from the cache or made now, resuming what an earlier call left.
+
+    `density` in its place: as many as give each set so many texels a unit of the mesh, on average and within the driver's limit.
 
     `bounces` diffuse interreflections of `light` have it and the colours of the scene inside. `sets` are those of mesh.unwrap.
     `rays` a texel default to settings.Texture, fewer for many texels; `sampling` chooses their directions. Raises SdfprtError for
@@ -51,6 +57,11 @@ def bake_textures(
     """
     if not isinstance(scene, MeshScene):
         raise SdfprtError(f"{scene.file}: texture storage needs a mesh; an SDF has no texture coordinates: use network storage")
+    if density is not None and not 0 < density < np.inf:
+        raise SdfprtError(f"density {density:g}: give texels a unit of the mesh, a number above 0")
+    if density is not None and resolution is not None:
+        raise SdfprtError(f"density {density:g}, resolution {resolution}: give one of the two")
+    resolution = settings.Texture.resolution if resolution is None else resolution
     if not TEXELS[0] <= resolution <= TEXELS[1]:
         raise SdfprtError(f"resolution {resolution}: textures have {TEXELS[0]} to {TEXELS[1]} texels along a side")
     if bounces < 0 or (bounces and (light is None or not shadowed)):
@@ -60,7 +71,12 @@ def bake_textures(
         raise SdfprtError(f"sampling {sampling}: unshadowed transfer has a closed form and no rays; leave it out")
     uvs = [] if scene.uvs is None else [stages.digest(scene.uvs.astype(float).tolist())]
     parts = [stages.digest(scene.objects.tolist())] if sets != "one" else []
-    own = [asdict(settings.Texture()), asdict(settings.Mesh()), resolution, sets, *uvs, *parts]
+    same = [asdict(settings.Texture()), asdict(settings.Mesh()), *uvs, *parts]
+    notes: list[str] = []
+    texel = 6.0 * bands**2 * (4 if bounces else 1) + 64  # bytes of the layers, and of what they are made of
+    if density is not None:
+        resolution = _dense(scene, density, sets, same, texel, notes)
+    own = [*same, resolution, sets]
     key = stages.digest("texture", bands, rays, seed, shadowed, *own, *by)
     inside = [bounces, light_digest(light), scene.look, repr(scene.material)] if bounces and light is not None else []
     path = cached_path(scene, 0, stages.digest(key, *inside))
@@ -71,10 +87,9 @@ def bake_textures(
             pass  # damaged: made again
 
     # The atlas and its texels; whether the memory holds one texture is known before it is made
-    texel = 6.0 * bands**2 * (4 if bounces else 1) + 64  # bytes of the layers, and of what they are made of
-    check_memory(f"a bake of textures of {resolution} x {resolution} texels", resolution**2 * texel)
+    _check(resolution, texel)
     work = cache_folder() / WORK
-    atlas = _atlas(scene, resolution, sets, work / f"surface-{stages.digest(scene.hash, *own)}.npz")
+    atlas = _atlas(scene, resolution, sets, same)
     layers = _layers(scene, atlas)
     count = int(layers.max()) + 1
     if (needed := count * -(-(bands**2) // 4) * (4 if bounces else 1)) > settings.Texture.layers:
@@ -140,7 +155,7 @@ def bake_textures(
         "sets": atlas.sheets,
         "unwrapped": not atlas.own,
         "overlap": round(max(each.overlap for each in sheets), 6),
-        "notes": list(atlas.notes),
+        "notes": [*notes, *atlas.notes],
     }
     if light is not None and bounces:
         info |= {"bounces": bounces, "light": light.name}
@@ -151,9 +166,53 @@ def bake_textures(
     return table
 
 
-def _atlas(scene: MeshScene, resolution: int, sets: str, path: Path) -> Atlas:
+def _dense(scene: MeshScene, density: float, sets: str, same: list, texel: float, notes: list[str]) -> int:
+    """Texels along a side with which no set has fewer than `density` a unit on average; what bounds it is added to `notes`."""
+    most = TEXELS[1]
+    with suppress(SdfprtError):  # without OpenGL no driver bounds it
+        most = min(most, limits()[0])
+    size = np.linalg.norm(cross_of(scene.vertices.astype(np.float64), scene.faces), axis=1) / 2
+    side = float(np.clip(density * size.sum() ** 0.5, TEXELS[0], settings.Texture.resolution))
+    for _ in range(_ATTEMPTS):
+        # Distances between charts are in texels, so that an atlas of more texels is another one
+        _check(_rounded(side, most), texel)
+        atlas = _atlas(scene, _rounded(side, most), sets, same)
+        flat = area(atlas.uvs.astype(float) * _rounded(side, most))
+        texels, units = (np.bincount(atlas.sheet, each, atlas.sheets) for each in (flat, size))
+        reached = float((texels / np.maximum(units, 1e-300)).min()) ** 0.5
+        if _ENOUGH * density <= reached < density * (1 + 64 / side) or (side > most and reached < density):
+            break
+        side *= density / max(reached, 1e-12)
+    if side > most and reached < density:
+        notes.append(
+            f"{scene.file}: {density:g} texels a unit need textures of {side:,.0f} texels along a side; this driver takes {most}, "
+            f"which gives {reached:.3g} a unit: use --sets object"
+        )
+    return _rounded(side, most)
+
+
+def _check(side: int, texel: float) -> None:
+    """Raise SdfprtError where the memory does not hold one texture of `texel` bytes a texel."""
+    check_memory(f"a bake of textures of {side} x {side} texels", side * side * texel)
+
+
+def _rounded(side: float, most: int) -> int:
+    """Up to a multiple of 64, so that there are mip levels, or of 16 below."""
+    step = 64 if side > 128 else 16
+    return int(np.clip(-(-side // step) * step, TEXELS[0], most))
+
+
+@in_render_thread
+def limits() -> tuple[int, int]:
+    """Texels along a side of a texture and layers of an array that the driver takes. Raises SdfprtError without OpenGL."""
+    info = context().info
+    return int(info["GL_MAX_TEXTURE_SIZE"]), int(info["GL_MAX_ARRAY_TEXTURE_LAYERS"])
+
+
+def _atlas(scene: MeshScene, resolution: int, sets: str, same: list) -> Atlas:
     """From the cache or made now: a bake that goes on must find the same, whatever xatlas does in another run."""
     count, notes = len(scene.faces), []
+    path = cache_folder() / WORK / f"surface-{stages.digest(scene.hash, *same, resolution, sets)}.npz"
 
     def make() -> stages.Arrays:
         made = unwrap(scene, resolution, sets)

@@ -13,6 +13,7 @@ from sdfprt.cli.options import (
     Bounces,
     CellCount,
     Cluster,
+    Density,
     HeldBy,
     Layout,
     Reading,
@@ -68,6 +69,7 @@ def bake(
     bounces: Bounces = 0,
     transfer: Visibility = Transfer.shadowed,
     resolution: Resolution = None,
+    density: Density = None,
     sets: TextureSets = None,
     cells: CellCount = "auto",
     light: Annotated[str | None, typer.Option("--light", help="That of --bounces in textures, which hold it.")] = None,
@@ -104,7 +106,7 @@ def bake(
         cells=cells,
         shadowed=transfer is Transfer.shadowed,
         light=None if light is None else read_light(light, Layout.auto).rotated(yaw=yaw),
-        **of_textures(resolution, sets),
+        **of_textures(resolution, sets, density),
     )
     if output is not None:
         asset.save(output)

@@ -175,6 +175,9 @@ Resolution = Annotated[
         f"{settings.Volume.resolution}.",
     ),
 ]
+Density = Annotated[
+    float | None, typer.Option("--density", help="Texels a unit of the mesh, of each set at least, in place of --resolution.")
+]
 TextureSets = Annotated[Sets | None, typer.Option("--sets", help="Textures: one, one an object; auto: one where that serves.")]
 SamplingName = Annotated[
     Sampling, typer.Option("--sampling", help="How directions are chosen; stratified: as the tutorial has it.")
@@ -352,6 +355,7 @@ class Weights:
     bounces: Bounces = 0
     transfer: Visibility = Transfer.shadowed
     resolution: Resolution = None
+    density: Density = None
     sets: TextureSets = None
     cells: CellCount = "auto"
 
@@ -365,7 +369,7 @@ class Weights:
         if self.asset is None:
             width = settings.Network.width if self.width is None else self.width
             own = {"storage": (self.storage or Storage.network).value, "bounces": self.bounces, "cells": self.cells}
-            own |= of_textures(self.resolution, self.sets)
+            own |= of_textures(self.resolution, self.sets, self.density)
             if self.width is not None and self.storage not in (None, Storage.network):
                 raise SdfprtError(f"--width {self.width}: {self.storage.value} storage has no neurons; leave it out")
             if self.storage is Storage.texture and self.bounces:
@@ -373,7 +377,7 @@ class Weights:
             return bake(scene, width=width, shadowed=self.transfer is Transfer.shadowed, **own)
         given = {"width": self.width, "storage": self.storage, "bounces": self.bounces or None}
         given["cells"] = None if self.cells == "auto" else self.cells
-        for flag, value in (given | {"resolution": self.resolution, "sets": self.sets}).items():
+        for flag, value in (given | {"resolution": self.resolution, "sets": self.sets, "density": self.density}).items():
             if value is not None:
                 raise SdfprtError(f"--{flag} {value}: what --asset {self.asset} holds has its own; give one of the two")
         kinds: dict[str, Any] = {volume.FORMAT: volume.VolumeTable}
@@ -391,9 +395,9 @@ class Weights:
         return self.read(scene) if self.asset is None else Asset.load(self.asset, scene=scene)
 
 
-def of_textures(resolution: int | None, sets: Sets | None) -> dict[str, Any]:
+def of_textures(resolution: int | None, sets: Sets | None, density: float | None) -> dict[str, Any]:
     """What `bake` takes of these flags; it refuses what a storage does not have."""
-    given = {"resolution": resolution, "sets": sets and sets.value}
+    given = {"resolution": resolution, "sets": sets and sets.value, "density": density}
     return {name: value for name, value in given.items() if value is not None}
 
 

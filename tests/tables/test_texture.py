@@ -319,3 +319,35 @@ def test_what_textures_cannot_do_is_refused() -> None:
     many = scene(*(square(0.1, 0.1 * k, 1) for k in range(100)))
     with pytest.raises(SdfprtError, match="use --sets one"):
         bake(many, storage="texture", sets="object", resolution=16, bands=8)
+
+
+def test_a_density_gives_each_set_its_texels_a_unit() -> None:
+    made = scene(ball(0.5, level=2), square(1.0, -0.6, 1), square(0.2, 0.6, 1))
+    for sets in ("one", "object"):
+        table = bake(made, storage="texture", density=60.0, sets=sets, rays=1, bands=1)
+        size = np.linalg.norm(
+            np.cross(*(made.vertices[made.faces[:, k]] - made.vertices[made.faces[:, 0]] for k in (1, 2))), axis=1
+        )
+        a, b = table.uvs[:, 1] - table.uvs[:, 0], table.uvs[:, 2] - table.uvs[:, 0]
+        flat = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) * table.resolution**2
+        each = np.array(
+            [(flat[table.sheet == k].sum() / size[table.sheet == k].sum()) ** 0.5 for k in range(table.layers.shape[0])]
+        )
+        assert 58 < each.min() < 90 and table.resolution % 16 == 0
+
+
+def test_what_bounds_a_density_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    from sdfprt.baking import textures
+
+    made = scene(square(1.0, 0.0, 1))
+    with pytest.raises(SdfprtError, match="give one of the two"):
+        bake(made, storage="texture", density=9.0, resolution=32)
+    with pytest.raises(SdfprtError, match="a number above 0"):
+        bake(made, storage="texture", density=-1.0)
+    with pytest.raises(SdfprtError, match="vertex storage does not have it"):
+        bake(made, storage="vertex", density=9.0)
+    with pytest.raises(SdfprtError, match="of memory"):
+        bake(made, storage="texture", density=1e6)
+    monkeypatch.setattr(textures, "limits", lambda: (128, 2048))
+    table = bake(made, storage="texture", density=200.0, rays=1, bands=1)
+    assert table.resolution == 128 and "this driver takes 128, which gives" in table.info["notes"][0]

@@ -25,6 +25,7 @@ from sdfprt.tables.vertex import VertexTable
 from sdfprt.tables.volume import VolumeTable
 
 PAPER = {  # 1024 x 1024, 5 bands: on vertices Sloan, Ng; in textures McKenzie, ours
+    "dragon": ("5.2 GB / 216 MB", "2.5 GB / 100 MB"),
     "serpent": ("5.2 GB / 216 MB", "2.5 GB / 100 MB"),
     "busts": ("2.3 GB / 139 MB", "2.5 GB / 100 MB"),
     "room": ("64 MB / 2.5 MB", "2.5 GB / 100 MB"),

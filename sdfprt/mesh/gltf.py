@@ -33,6 +33,10 @@ _HARMLESS = ("KHR_mesh_quantization", "KHR_texture_transform", "EXT_mesh_gpu_ins
 _MOST_NODES = 1_000_000
 
 
+def _no_number(word: str) -> None:
+    raise ValueError(f"{word} is no number")
+
+
 class _Document:
     """The JSON and the bytes it refers to."""
 
@@ -63,11 +67,14 @@ class _Document:
         elif path.suffix.lower() == ".glb":
             raise SdfprtError(f"{path}: not a GLB mesh (it does not begin with 'glTF')")
         try:
-            self.json: dict = json.loads(text.decode("utf-8-sig", "replace"))
+            self.json: dict = json.loads(text.decode("utf-8-sig", "replace"), parse_constant=_no_number)
             if not isinstance(self.json, dict) or "asset" not in self.json:
                 raise ValueError("it has no asset")
         except (ValueError, RecursionError) as error:
             raise SdfprtError(f"{path}: not a glTF mesh ({error})") from None
+        version = str(dict(self.json["asset"]).get("version", "2.0"))
+        if not version.startswith("2."):
+            raise SdfprtError(f"{path}: glTF version {version}; only version 2 is read")
         self._buffers: dict[int, bytes] = {}
 
     def all(self, kind: str) -> list[dict]:
@@ -187,9 +194,17 @@ def _content(document: _Document) -> Content:
     if others:
         document.notes.append(f"{path.name}: {others} primitives of points or lines are left out")
     if not parts:
-        raise SdfprtError(f"{path}: no triangles in it" + (", only points or lines" if others else ""))
-    if any("skin" in node for node in document.all("nodes")):
-        document.notes.append(f"{path.name}: skins are left out; the mesh is as it rests")
+        where = "its default scene" if len(document.all("scenes")) > 1 else "it"
+        raise SdfprtError(f"{path}: no triangles in {where}" + (", only points or lines" if others else ""))
+    moving = {
+        "skins": any("skin" in node for node in document.all("nodes")),
+        "morph targets": any("targets" in each for mesh in document.all("meshes") for each in mesh["primitives"]),
+        "animations": bool(document.all("animations")),
+    }
+    if left := [name for name, there in moving.items() if there]:
+        document.notes.append(f"{path.name}: {' and '.join(left)} are left out; the mesh is as it rests")
+    if others := len(document.all("scenes")) - 1 if document.all("scenes") else 0:
+        document.notes.append(f"{path.name}: its default scene is read, {others} others are left out")
     return Content(parts, document.notes)
 
 
@@ -197,6 +212,8 @@ def _nodes(document: _Document) -> Iterator[tuple[dict, ndarray]]:
     """Nodes with a mesh and their transforms to the world."""
     nodes, scenes = document.all("nodes"), document.all("scenes")
     if scenes:
+        if not 0 <= document.json.get("scene", 0) < len(scenes):
+            raise SdfprtError(f"{document.path}: its default scene is {document.json['scene']} of {len(scenes)}")
         roots = scenes[document.json.get("scene", 0)].get("nodes", [])
     else:
         children = {child for node in nodes for child in node.get("children", ())}

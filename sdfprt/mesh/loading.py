@@ -19,6 +19,9 @@ from sdfprt.mesh.relief import tangents
 from sdfprt.mesh.repair import cross_of, repaired
 from sdfprt.mesh.scene import MeshScene
 
+_FARTHEST = 1e6  # texture coordinate; beyond it float32 has no fraction worth a texel
+# What programs write that hold meshes and that is not read: such a name is no GLSL either
+UNREAD = ".3ds .3mf .abc .blend .c4d .dae .fbx .iges .igs .ma .max .mb .step .stp .usd .usda .usdc .usdz .wrl .x3d .xyz".split()
 READERS: Mapping[str, Callable[[Path], Content]] = {
     ".ply": ply.read,
     ".obj": obj.read,
@@ -72,13 +75,13 @@ def load(path: str | Path, up: str = "y", **given: Any) -> MeshScene:
 
 def scene_of(found: Content, place: str, **given: Any) -> MeshScene:
     """Parts joined to a scene; `place` names the file in errors."""
-    parts = [part for part in found.parts if len(part.faces)]
+    notes = list(found.notes)
+    parts = [_finite(part, notes) for part in found.parts if len(part.faces)]
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     vertices = np.concatenate([part.vertices for part in parts])
     faces = np.concatenate([part.faces + start for part, start in zip(parts, starts, strict=False)])
     each = np.repeat(np.arange(len(parts)), [len(part.faces) for part in parts])
     own = _normals(parts)
-    notes = list(found.notes)
 
     # Mended; a body follows the file's normals where it is open
     facing = None if own is None else np.nan_to_num(own[faces].sum(1))
@@ -197,6 +200,20 @@ def _relief(
         found = np.where(usable[:, None], own, found)
     there = np.where((np.abs(found).sum(1) > 0)[:, None], uvs[vertex[source]], 0.0)
     return triangles, source, np.column_stack([found, there]).astype(np.float32)
+
+
+def _finite(part: Part, notes: list[str]) -> Part:
+    """A part whose texture coordinates and colours can be used; where one cannot, 0 and white stand in, which is noted."""
+    for name, rest in (("uvs", 0.0), ("relief_uvs", 0.0), ("colours", 1.0)):
+        values = getattr(part, name)
+        if values is None:
+            continue
+        good = np.abs(values) <= _FARTHEST  # which NaN is not
+        if bad := int((~good).any(1).sum()):
+            part = replace(part, **{name: np.where(good, values, rest)})
+            what = "colours" if name == "colours" else "texture coordinates"
+            notes.append(f"{bad} {what} of {part.name!r} are not finite or beyond {_FARTHEST:g}; {rest:g} stands in")
+    return part
 
 
 def _joined(parts: list[Part], name: str, rest: float) -> ndarray | None:

@@ -132,6 +132,8 @@ def _finish(path: Path, file: Path, name: str, values: dict[str, list[str]], not
     def numbers(key: str, count: int) -> list[float] | None:
         try:
             found = [float(word) for word in values.get(key, ())[:count]]
+            if not np.isfinite(found).all():
+                raise ValueError
         except ValueError:
             notes.append(f"{file.name}: {key} of material {name!r} is no number; left out")
             return None

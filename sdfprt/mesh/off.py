@@ -1,11 +1,13 @@
-"""OFF: counts, vertices, polygons; words after a polygon's corners are its colour, which is not read."""
+"""OFF: counts, vertices with normals (NOFF) and colours (COFF), polygons; colours of polygons are left out, and noted."""
 
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
 
 from sdfprt.core.errors import SdfprtError
-from sdfprt.mesh.parts import Content, Part, triangles
+from sdfprt.mesh.parts import Content, Part, decoded, triangles
 
 
 def read(path: Path) -> Content:
@@ -30,12 +32,26 @@ def read(path: Path) -> Content:
         corners = [face[1 : 1 + n] for face, n in zip(faces, counts.tolist(), strict=True)]
         if any(len(corner) < n for corner, n in zip(corners, counts.tolist(), strict=True)):
             raise SdfprtError(f"{path}: the file is cut short: a polygon has fewer corners than it says")
-        flat = np.array([word for corner in corners for word in corner], dtype=float).astype(np.int64)
+        flat = np.array([int(word) for corner in corners for word in corner], dtype=np.int64)
     except (ValueError, IndexError):
         raise SdfprtError(f"{path}: something in it is no number where one must be") from None
     if len(flat) and not (0 <= flat.min() and flat.max() < count):
         raise SdfprtError(f"{path}: a triangle refers to vertex {flat.max() if flat.max() >= count else flat.min()} of {count}")
-    normals = None
+    normals, notes = None, []
+    if any(len(face) > n + 1 for face, n in zip(faces, counts.tolist(), strict=True)):
+        notes.append(f"{path.name}: colours of polygons are left out")
     if "N" in head and all(len(row) >= 6 for row in rows):
         normals = np.array([row[3:6] for row in rows], float).reshape(-1, 3)
-    return Content([Part(numbers, flat[triangles(numbers, flat, counts)].reshape(-1, 3), normals, name=path.stem)])
+    colours = _colours(rows, 6 if "N" in head else 3) if "C" in head else None
+    faces = flat[triangles(numbers, flat, counts)].reshape(-1, 3)
+    return Content([Part(numbers, faces, normals, colours=colours, name=path.stem)], notes)
+
+
+def _colours(rows: list[list[str]], first: int) -> Float[ndarray, "v 3"] | None:
+    """Linear colours from words of each vertex: whole numbers are sRGB bytes, others linear in [0, 1]; None where one has none."""
+    words = [row[first : first + 3] for row in rows]
+    if not words or any(len(each) < 3 for each in words):
+        return None
+    values = np.array(words, float)
+    whole = all(word.isdigit() for each in words for word in each) and values.max() > 1
+    return decoded(values / 255) if whole else np.clip(values, 0, 1).astype(np.float32)

@@ -21,12 +21,14 @@ _NESTED = 256  # bodies that are turned inside out and tested for lying inside o
 @dataclass(frozen=True, eq=False)
 class Links:
     """`pairs` of triangles that share an edge of two; `same` where both run along it the same way, which is wrong;
-    `edge` is where it starts in each of the pair (0, 1, 2); `open_faces` have an edge that is not of two."""
+    `edge` is where it starts in each of the pair (0, 1, 2); `open_faces` have an edge that is not of two; `shared` counts edges of
+    more than two, and of an odd number, which no body encloses."""
 
     pairs: Int[ndarray, "n 2"]
     same: Bool[ndarray, "n"]
     edge: Int[ndarray, "n 2"]
     open_faces: Int[ndarray, "m"]
+    shared: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +98,8 @@ def repaired(
     # Bodies, each wound one way
     links = neighbours(faces, len(places))
     pairs = links.pairs
+    if links.shared:
+        notes.append(f"{links.shared} edges belong to more than two triangles; bodies end there")
     count, body = connected_components(coo_array((np.ones(len(pairs)), pairs.T), (len(faces),) * 2), directed=False)
     turned = _one_way(faces, links, body, count, name, notes)
     faces = np.where(turned[:, None], faces[:, ::-1], faces)
@@ -161,7 +165,9 @@ def neighbours(faces: Int[ndarray, "f 3"], count: int) -> Links:
     # An edge of an even number of triangles closes; of an odd number, one side is open
     odd = np.repeat(many % 2 == 1, many)
     pairs = np.stack([first, second], 1)
-    return Links(pairs // 3, ends[first, 0] == ends[second, 0], pairs % 3, order[odd] // 3)
+    return Links(
+        pairs // 3, ends[first, 0] == ends[second, 0], pairs % 3, order[odd] // 3, int(((many > 2) & (many % 2 == 1)).sum())
+    )
 
 
 def _one_way(faces: ndarray, links: Links, body: ndarray, count: int, name: str, notes: list[str]) -> Bool[ndarray, "f"]:

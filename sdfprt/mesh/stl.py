@@ -1,5 +1,6 @@
 """STL, binary and ASCII; a binary file may begin with the word "solid", its length tells."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from sdfprt.mesh.parts import Content, Part
 
 _ROW = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEAD = 84  # bytes before the first triangle
+_NAMES = re.compile(rb"\b(solid|endsolid)\b[^\n]*?(?=\bfacet\b|\n|\Z)")  # which may hold any words
 
 
 def read(path: Path) -> Content:
@@ -29,7 +31,7 @@ def read(path: Path) -> Content:
 
 
 def _ascii(path: Path, data: bytes) -> np.ndarray:
-    words = data.lower().split()
+    words = _NAMES.sub(rb"\1 ", data.lower()).split()
     at = [k for k, word in enumerate(words) if word == b"vertex"]
     if b"endsolid" not in words or len(at) % 3 or (at and at[-1] + 3 >= len(words)):
         raise SdfprtError(f"{path}: the file is cut short: its last triangle, or the word endsolid, is missing")

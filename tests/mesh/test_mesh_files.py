@@ -13,6 +13,7 @@ from PIL import Image
 from sdfprt.core.errors import SdfprtError
 from sdfprt.mesh.loading import load
 from sdfprt.mesh.scene import MeshScene
+from sdfprt.sdf.scene import Scene
 
 CUBE = [(x, y, z) for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)]
 SIDES = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7), (2, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
@@ -196,6 +197,96 @@ def test_stl_cut_or_with_a_misleading_first_word(tmp_path: Path) -> None:
     assert isinstance(text, str) and len(load(write(tmp_path / "text.stl", text)).faces) == 12
     with pytest.raises(SdfprtError, match="cut short"):
         load(write(tmp_path / "half.stl", text[: len(text) // 2]))
+
+
+TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+FAN = TRIANGLE + "v 0 0 1\nv 0 0 -1\nf 1 2 3\nf 1 2 4\nf 1 2 5\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("fan.obj", FAN, "1 edges belong to more than two triangles"),
+        ("twice.obj", TRIANGLE + "f 1 2 3\nf 3 2 1\n", "lie twice"),
+        ("thin.obj", TRIANGLE + "f 1 2 3\nf 1 1 2\n", "1 triangles without area"),
+        ("uv.obj", TRIANGLE + "vt nan 0\nf 1/1 2/1 3/1\n", "3 texture coordinates of 'uv' are not finite"),
+        ("far.obj", TRIANGLE + "vt 1e30 0\nf 1/1 2/1 3/1\n", "3 texture coordinates of 'far' are not finite or beyond"),
+        ("library.obj", "mtllib gone.mtl\n" + TRIANGLE + "f 1 2 3\n", "gone.mtl is not there"),
+        ("face.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 255 0 0\n", "colours of polygons are left out"),
+    ],
+)
+def test_what_is_left_out_is_said(name: str, content: str, said: str, tmp_path: Path) -> None:
+    scene = load(write(tmp_path / name, content))
+    assert any(said in note for note in scene.notes), scene.notes
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"skins": [{"joints": [0]}], "nodes": [{"mesh": 0, "skin": 0}]}, "skins are left out"),
+        ({"animations": [{"channels": [], "samplers": []}]}, "animations are left out"),
+        ({"scenes": [{"nodes": [0]}, {"nodes": []}]}, "1 others are left out"),
+        ({"cameras": [{"type": "perspective"}], "nodes": [{"mesh": 0, "camera": 0}]}, ""),
+    ],
+)
+def test_gltf_at_rest_and_of_the_default_scene(change: dict, said: str, tmp_path: Path) -> None:
+    document, blob, ball = ball_document()
+    scene = load(glb(tmp_path / "a.glb", {**document, **change}, blob))
+    assert len(scene.faces) == len(ball.faces)
+    assert any(said in note for note in scene.notes) if said else not scene.notes
+
+
+def test_morph_targets_are_left_out_and_said(tmp_path: Path) -> None:
+    document, blob, _ = ball_document()
+    document["meshes"][0]["primitives"][0]["targets"] = [{"POSITION": 0}]
+    assert "morph targets are left out" in load(glb(tmp_path / "a.glb", document, blob)).notes[0]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"scenes": [{"nodes": []}, {"nodes": [0]}]}, "no triangles in its default scene"),
+        ({"scene": 9}, "default scene is 9 of 1"),
+        ({"asset": {"version": "1.0"}}, "version 1.0"),
+        ({"nodes": [{"mesh": 0, "scale": [float("nan"), 1, 1]}]}, "NaN is no number"),
+    ],
+)
+def test_gltf_faults_are_named(change: dict, said: str, tmp_path: Path) -> None:
+    document, blob, _ = ball_document()
+    with pytest.raises(SdfprtError, match=said):
+        load(glb(tmp_path / "a.glb", {**document, **change}, blob))
+
+
+def test_materials_that_are_no_numbers_are_left_out(tmp_path: Path) -> None:
+    write(tmp_path / "a.mtl", "newmtl a\nKd nan 0 0\nNs inf\n")
+    scene = load(write(tmp_path / "a.obj", "mtllib a.mtl\nusemtl a\n" + TRIANGLE + "f 1 2 3\n"))
+    assert len(scene.notes) == 2 and not scene.has_albedo and not scene.has_exponent
+
+
+def test_off_has_colours_of_vertices(tmp_path: Path) -> None:
+    text = "{}OFF\n3 1 0\n0 0 0 {}255 0 0 255\n1 0 0 {}0 255 0 255\n0 1 0 {}0 0 255 255\n3 0 1 2\n"
+    for head, normal in (("C", ""), ("CN", "0 0 1 ")):
+        scene = load(write(tmp_path / "a.off", text.format(head, normal, normal, normal)))
+        assert scene.colours is not None
+        np.testing.assert_allclose(sorted(scene.colours.tolist()), [[0, 0, 1], [0, 1, 0], [1, 0, 0]])
+    with pytest.raises(SdfprtError, match="no number"):
+        load(write(tmp_path / "part.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1.5 2\n"))
+
+
+def test_a_name_of_an_ascii_stl_may_be_any_words(tmp_path: Path) -> None:
+    text = "solid vertex 1 vertex\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+    for made in (text + "endsolid vertex 1 vertex\n", text.replace("\n", " ") + "endsolid vertex"):
+        assert len(load(write(tmp_path / "a.stl", made)).faces) == 1
+
+
+def test_kinds_that_are_not_read_and_files_beyond_the_limit_say_so(tmp_path: Path) -> None:
+    for name in ("a.fbx", "a.blend", "a.USDZ"):
+        with pytest.raises(SdfprtError, match=rf"{name}: cannot read this kind of mesh; use \.ply"):
+            Scene.load(write(tmp_path / name, b"Kaydara"))
+    with (tmp_path / "large.stl").open("wb") as file:
+        file.truncate(3 * 2**30)  # a hole: nothing is written
+    with pytest.raises(SdfprtError, match=r"large\.stl: 3\.0 GB are more than the 2 GB"):
+        load(tmp_path / "large.stl")
 
 
 def test_off_with_polygons_and_comments(tmp_path: Path) -> None:

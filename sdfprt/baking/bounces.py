@@ -1,6 +1,6 @@
 """The stage of a bake that adds transfer of diffuse bounces to samples of the surface, for networks."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -45,20 +45,22 @@ def with_bounces(
     scene: AnyScene,
     samples: stages.Samples,
     others: stages.Samples,
-    traced: str,
     bounces: int,
     colours: Sequence[Colour] | None,
     seed: int,
+    traced: str | None = None,
 ) -> tuple[Bounces, stages.Samples, stages.Samples]:
     """Samples of a surface, and others, with transfer of `bounces` diffuse bounces beside the direct one in their columns.
 
-    Light bounces between the first, which are spread evenly; `traced` names what their transfer depends on.
+    Light bounces between the first, which are spread evenly. `traced` names what their transfer depends on, so that rays that
+    were traced before are found again; without it none are kept.
     """
     points, normals, transfer = samples
     surface = Samples(scene, points, normals, transfer, albedo(scene, points, normals))
     given = table(surface.albedo) if colours is None and surface.albedo is not None else colours or (_own(scene),)
     bounced = table_of(surface, np.asarray(given, float), bounces)
-    work = cache_folder() / WORK / f"bounces-{stages.digest(traced, asdict(settings.Bounce()), seed)}"
+    key = stages.digest(traced, asdict(settings.Bounce()), asdict(settings.Trace()), seed)
+    work = None if traced is None else cache_folder() / WORK / f"bounces-{key}"
     with track("bounces", len(points) + len(others[0])) as advance:
         seen = _seen(surface, samples, settings.Bounce.rays, seed, 0, work, advance)
         elsewhere = _seen(surface, others, settings.Bounce.held_out_rays, seed, len(points), work, advance)
@@ -77,7 +79,7 @@ def _own(scene: AnyScene) -> Colour:
 
 
 def _seen(
-    surface: Samples, some: stages.Samples, rays: int, seed: int, start: int, folder: Path, advance
+    surface: Samples, some: stages.Samples, rays: int, seed: int, start: int, folder: Path | None, advance: Callable
 ) -> Int[ndarray, "n rays"]:
     """As Samples.seen_from, a file a chunk; numbers of samples are whole in single precision up to 16 million."""
     out = np.empty((len(some[0]), rays), np.int32)
@@ -89,6 +91,7 @@ def _seen(
             return {"seen": found.astype(np.float32)}
 
         shapes = {"seen": (chunk.stop - chunk.start, rays)}
-        out[chunk] = stages.cached(folder / f"{start + first:08d}.npz", shapes, trace)["seen"]
+        file = None if folder is None else folder / f"{start + first:08d}.npz"
+        out[chunk] = (trace() if file is None else stages.cached(file, shapes, trace))["seen"]
         advance(chunk.stop - chunk.start)
     return out

@@ -155,7 +155,7 @@ def bake(
     parted = divided.merged(divided.even(scene.bounds, divided.cut(scene.bounds, count)), *train) if count > 1 else None
     known = None
     if bounces:
-        known, train, validation = with_bounces(scene, train, validation, traced, bounces, colours, seed)
+        known, train, validation = with_bounces(scene, train, validation, bounces, colours, seed, traced)
     looks = search.views(scene, work, bands, seed) if target_psnr else []
 
     def fitted(size: Size, stop: float | None) -> Fitted:

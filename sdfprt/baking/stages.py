@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 from numpy import ndarray
 
 from sdfprt.baking import cluster as workers
@@ -96,13 +97,23 @@ def surface(scene: AnyScene, path: Path, count: int, held: int, seed: int, resol
 
     def make() -> Arrays:
         if isinstance(scene, MeshScene):
-            pairs = mesh_samples.sample(scene, count - held, seed), mesh_samples.sample_held_out(scene, held, seed + 1)
+            pairs = spread(scene, count - held, seed), mesh_samples.sample_held_out(scene, held, seed + 1)
             points, normals = (np.concatenate(each) for each in zip(*pairs, strict=True))
             return {"points": points, "normals": normals}
-        drawn = sample_surface(scene, count, seed=seed, resolution=resolution)
-        return {"points": drawn.points, "normals": drawn.normals}
+        points, normals = spread(scene, count, seed, resolution)
+        return {"points": points, "normals": normals}
 
     return cached(path, {"points": (count, 3), "normals": (count, 3)}, make)
+
+
+def spread(
+    scene: AnyScene, count: int, seed: int, resolution: int = settings.Surface.resolution
+) -> tuple[Float[ndarray, "n 3"], Float[ndarray, "n 3"]]:
+    """Points spread evenly over a surface of either kind, and their unit normals."""
+    if isinstance(scene, MeshScene):
+        return mesh_samples.sample(scene, count, seed)
+    drawn = sample_surface(scene, count, seed=seed, resolution=resolution)
+    return drawn.points, drawn.normals
 
 
 def samples(scene: AnyScene, drawn: Arrays, part: Part, folder: Path, bands: int, seed: int) -> Samples:

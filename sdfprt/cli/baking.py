@@ -13,6 +13,7 @@ from sdfprt.cli.options import (
     Bounces,
     CellCount,
     Cluster,
+    Colours,
     Density,
     HeldBy,
     Layout,
@@ -31,6 +32,7 @@ from sdfprt.cli.options import (
     of_textures,
     picture,
     read_light,
+    read_table,
     verb,
 )
 from sdfprt.core import settings
@@ -67,6 +69,7 @@ def bake(
     cluster: Cluster = None,
     storage: HeldBy = None,
     bounces: Bounces = 0,
+    colours: Colours = None,
     transfer: Visibility = Transfer.shadowed,
     resolution: Resolution = None,
     density: Density = None,
@@ -103,6 +106,7 @@ def bake(
         cluster=cluster,
         storage=(storage or Storage.network).value,
         bounces=bounces,
+        colours=read_table(colours),
         cells=cells,
         shadowed=transfer is Transfer.shadowed,
         light=None if light is None else read_light(light, Layout.auto).rotated(yaw=yaw),
@@ -118,7 +122,9 @@ def bake(
     for note in info.get("notes", ()):
         print(f"sdfprt: {note}", file=sys.stderr)
     if as_json:
-        print(json.dumps({"scene": scene, "asset": str(output or asset.path), **info, "seconds": seconds}, indent=2))
+        known = getattr(getattr(asset, "net", None), "bounces", None)
+        parts = {"bounces": known.count, "colours": known.colours} if known else {}
+        print(json.dumps({"scene": scene, "asset": str(output or asset.path), **info, **parts, "seconds": seconds}, indent=2))
         return
     for size in info.get("curve", ()):
         octaves = f"{size['position_frequencies']}+{size['normal_frequencies']} octaves, {size['weights']} weights"
@@ -128,6 +134,9 @@ def bake(
         if "networks" in info:
             print(f"{scene}: {info['networks']} networks in {' x '.join(map(str, info['cells']))} cells")
         print(f"{scene}: validation RMSE {info['validation_rmse']:.4f}, {seconds:.1f} s")
+        if (known := asset.net.bounces) is not None:
+            table = " ".join(",".join(f"{x:.3g}" for x in colour) for colour in known.colours)
+            print(f"{scene}: {known.count} bounce{'s' * (known.count > 1)} off {len(known.colours)} parts: {table}")
     else:
         if "texels" in info:
             count = f"{info['texels']} texels in {info['sets']} of {info['resolution']} squared"

@@ -165,7 +165,15 @@ Cluster = Annotated[
 ]
 Seed = Annotated[int, typer.Option("--seed", min=0, help="Of all that is drawn at random: the same seed, the same file.")]
 HeldBy = Annotated[Storage | None, typer.Option("--storage", help="What holds transfer; vertex and texture of meshes only.")]
-Bounces = Annotated[int, typer.Option("--bounces", min=0, help="Diffuse interreflections, in vertex and texture storage.")]
+Bounces = Annotated[int, typer.Option("--bounces", help="Diffuse interreflections that light takes at most.")]
+Colours = Annotated[
+    str | None,
+    typer.Option(
+        "--colours",
+        metavar="'R,G,B R,G,B …'",
+        help="Of a scene with colours of its own, 8 at most: bake --bounces tells parts apart by them, render paints these so.",
+    ),
+]
 Visibility = Annotated[Transfer, typer.Option("--transfer", help="unshadowed: in vertex and texture storage.")]
 Resolution = Annotated[
     int | None,
@@ -327,6 +335,7 @@ class Joining:
     result_bands: Annotated[
         int | None, typer.Option("--result-bands", min=1, max=10, help="SH bands of what is reflected; default: those of transfer.")
     ] = None
+    colours: Colours = None
 
     def options(self, for_eyes: bool) -> dict[str, Any]:
         """Fields of imaging.shot.Lighting, as a picture for the eye or a measurement has them."""
@@ -337,6 +346,7 @@ class Joining:
             "gloss": self.gloss.value if self.gloss else None,
             "light_bands": self.light_bands,
             "result_bands": self.result_bands,
+            "colours": read_table(self.colours),
         }
 
 
@@ -359,8 +369,11 @@ class Weights:
     sets: TextureSets = None
     cells: CellCount = "auto"
 
-    def read(self, scene: "AnyScene", light: "Light | None" = None) -> Any:
-        """The asset; `light` is that of the picture, which interreflections in textures have inside."""
+    def read(self, scene: "AnyScene", light: "Light | None" = None, material: "Material | None" = None) -> Any:
+        """The asset; `light` is that of the picture, which interreflections in textures have inside.
+
+        `material` is the picture's: its albedo is inside of paths of several bounces where the scene has no colours of its own.
+        """
         from sdfprt.baking.asset import Asset
         from sdfprt.baking.sdf import bake
         from sdfprt.mesh.scene import MeshScene
@@ -374,6 +387,8 @@ class Weights:
                 raise SdfprtError(f"--width {self.width}: {self.storage.value} storage has no neurons; leave it out")
             if self.storage is Storage.texture and self.bounces:
                 own |= {"light": light}
+            if self.bounces > 1 and material is not None and not scene.has_albedo:
+                scene = replace(scene, material=material)
             return bake(scene, width=width, shadowed=self.transfer is Transfer.shadowed, **own)
         given = {"width": self.width, "storage": self.storage, "bounces": self.bounces or None}
         given["cells"] = None if self.cells == "auto" else self.cells
@@ -415,6 +430,11 @@ def read_colours(albedo: str | None, specular: str | None) -> dict[str, tuple[fl
     """Reflectances by the words of `material.lobes.parse`; None where a flag is not given."""
     given = {"albedo": albedo, "specular": specular}
     return {name: None if text is None else triple(text, f"--{name}") for name, text in given.items()}
+
+
+def read_table(text: str | None) -> list[tuple[float, float, float]] | None:
+    """Parse `0.8,0.1,0.1 0.1,0.2,0.8`; semicolons part colours as well."""
+    return None if text is None else [triple(each, "--colours") for each in text.replace(";", " ").split()]
 
 
 def read_suns(text: str) -> str | int:

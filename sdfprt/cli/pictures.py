@@ -12,8 +12,10 @@ from sdfprt.cli.options import (
     Albedo,
     Backend,
     Background,
+    Bounces,
     CellCount,
     Cluster,
+    Colours,
     GlossName,
     Joining,
     Kind,
@@ -36,6 +38,7 @@ from sdfprt.cli.options import (
     read_colours,
     read_light,
     read_suns,
+    read_table,
     verb,
 )
 from sdfprt.core import settings
@@ -67,7 +70,7 @@ def render(
     light, material, camera = look.read_light().rotated(yaw=look.yaw), look.read_material(loaded), look.read_camera(loaded)
     found = frame(
         loaded,
-        weights.read(loaded, light),
+        weights.read(loaded, light, material),
         light,
         material=material,
         camera=camera,
@@ -103,6 +106,8 @@ def render_set(
     width: Annotated[int, typer.Option("--width", help="Neurons a layer, without an --asset.")] = settings.Network.width,
     cluster: Cluster = None,
     cells: CellCount = "auto",
+    bounces: Bounces = 0,
+    colours: Colours = None,
     suns: Suns = settings.Render.suns,
     gloss: GlossName = None,
 ) -> None:
@@ -112,8 +117,8 @@ def render_set(
     from sdfprt.rendering.sets import MANIFEST
     from sdfprt.rendering.sets import render_set as run
 
-    colours = read_colours(albedo, specular)
-    if not material and any(colours.values()):
+    reflectances = read_colours(albedo, specular)
+    if not material and any(reflectances.values()):
         raise SdfprtError("--albedo and --specular need --material here: each scene has its own")
     if output.exists() and not output.is_dir():
         raise SdfprtError(f"{output}: this is a file; give a folder")
@@ -124,7 +129,7 @@ def render_set(
         lights=[read_light(name, light_layout) for name in light or (DEFAULT_LIGHT,)],
         yaws=yaw or (0.0,),
         views=views,
-        materials=[parse(text, **colours) for text in material] if material else (None,),
+        materials=[parse(text, **reflectances) for text in material] if material else (None,),
         size=resolution,
         samples=samples,
         kind=kind.value,
@@ -133,6 +138,8 @@ def render_set(
         assets=[Asset.load(path) for path in asset or ()],
         cluster=cluster,
         cells=cells,
+        bounces=bounces,
+        colours=read_table(colours),
         suns=read_suns(suns),
         gloss=gloss.value if gloss else None,
     )

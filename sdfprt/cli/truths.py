@@ -11,6 +11,7 @@ from sdfprt.cli.options import (
     DEFAULT_LIGHT,
     DEFAULT_SIZE,
     Background,
+    Bounces,
     Layout,
     LightLayout,
     LightName,
@@ -44,7 +45,7 @@ def reference(
     size: Size = DEFAULT_SIZE,
     samples: Samples = settings.Render.samples,
     spp: Annotated[int, typer.Option(min=1, help="Light paths a pixel.")] = settings.Reference.spp,
-    bounces: Annotated[int, typer.Option(min=0, help="Interreflections; 0 is direct light.")] = settings.Reference.bounces,
+    bounces: Annotated[int, typer.Option(help="Interreflections; 0 is direct light.")] = settings.Reference.bounces,
     error: Annotated[Path | None, typer.Option(metavar="OUT.exr", help="Write each pixel's standard error.")] = None,
     checkpoint: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Keep the passes here, to go on to more spp; default: until it is done.")
@@ -99,6 +100,7 @@ def report(
     size: Size = "256x256",
     spp: Annotated[int, typer.Option(min=1, help="Light paths a pixel of the reference.")] = settings.Reference.spp,
     rays: Annotated[int, typer.Option(min=1, help="Rays a pixel of exact transfer.")] = settings.Exact.rays,
+    bounces: Bounces = 0,
 ) -> None:
     """Where the error of a picture comes from: network, SH truncation, the rest; several bands."""
     from sdfprt.truth.report import report as run
@@ -108,7 +110,7 @@ def report(
     resolution = pixels(size)
     loaded = reading.load(scene, {"-o": output})
     environment = read_light(light, light_layout).rotated(yaw=yaw)
-    run(loaded, output, environment, camera=loaded.camera, size=resolution, spp=spp, rays=rays)
+    run(loaded, output, environment, camera=loaded.camera, size=resolution, spp=spp, rays=rays, bounces=bounces)
     print(output)
 
 

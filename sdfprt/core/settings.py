@@ -159,6 +159,7 @@ class Reference:
 @dataclass(frozen=True)
 class Exact:
     rays: int = 4096  # a pixel
+    points: int = 100_000  # of the surface that send bounced light
 
 
 @dataclass(frozen=True)

@@ -114,7 +114,7 @@ def table(albedo: Float[ndarray, "n 3"], seed: int = 0) -> tuple[Colour, ...]:
     return _tuples(means)
 
 
-def assigned(albedo: Float[ndarray, "n 3"], colours: Float[ndarray, "q 3"]) -> tuple[Int[ndarray, "n"], Float[ndarray, "n"]]:
+def assigned(albedo: Float[Any, "n 3"], colours: Float[Any, "q 3"]) -> tuple[Int[Any, "n"], Float[Any, "n"]]:
     """Of each colour the part, and how much of the part's colour it is. Of numpy or torch."""
     xp: Any = sh.module_of(albedo)
     part = xp.argmin(((albedo[:, None] - colours) ** 2).sum(2), 1)
@@ -123,7 +123,7 @@ def assigned(albedo: Float[ndarray, "n 3"], colours: Float[ndarray, "q 3"]) -> t
     return part, xp.where(square > 0, (albedo * own).sum(1) / xp.where(square > 0, square, square + 1), square * 0 + 1)
 
 
-def recoloured(albedo: Float[ndarray, "n 3"], before: Float[ndarray, "q 3"], now: Float[ndarray, "q 3"]) -> Float[ndarray, "n 3"]:
+def recoloured(albedo: Float[Any, "n 3"], before: Float[Any, "q 3"], now: Float[Any, "q 3"]) -> Float[Any, "n 3"]:
     """Colours of a surface after its table has changed; what the table leaves of a colour stays. Of numpy or torch."""
     xp: Any = sh.module_of(albedo)
     part, share = assigned(albedo, before)

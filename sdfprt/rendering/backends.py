@@ -165,6 +165,8 @@ def frame(
         asset.check(scene)
         if backend == "torch":
             raise SdfprtError("backend torch: vertex and texture storage are drawn by glsl, or by warp without OpenGL")
+        if shot.lighting.colours is not None:
+            raise SdfprtError(f"{scene.file}: colours are those of a network with bounces, and this storage has its own inside")
         by_shader = backend == "glsl" or (backend == "auto" and has_opengl())
         if not asset.shadowed:
             shot = shot.without_suns("their rays cast shadows, and this transfer has none")

@@ -29,7 +29,7 @@ from sdfprt.imaging import image, tone
 from sdfprt.imaging.camera import Camera, trajectory
 from sdfprt.imaging.shot import SAMPLES, SIZES, Shot, compose
 from sdfprt.light.light import Light
-from sdfprt.material.lobes import Material, parts, reflects
+from sdfprt.material.lobes import Colour, Material, parts, reflects
 from sdfprt.material.lobes import name as material_name
 from sdfprt.material.lobes import parse as parse_material
 from sdfprt.network.cells import AnyNet
@@ -84,16 +84,19 @@ def render_set(
     tonemap: str = settings.Render.tonemap,
     bloom: float = settings.Render.bloom,
     cells: int | str = "auto",
+    bounces: int = 0,
+    colours: Sequence[Colour] | None = None,
 ) -> list[dict[str, Any]]:
     """Draw all combinations into `folder` and list them in its manifest.json; returns their entries.
 
     `views` cameras turn about each scene's own target, the first is the scene's own; `cameras`, where given, take their place. A
     material of None is the scene's own. Scenes without an asset of theirs in `assets` use the shipped or cached one, or are
-    baked, in `cells` as `bake` has them. `cluster`, a Dask scheduler's address, has its workers bake and draw: the same files
-    to the bit. An entry: file, scene, light, yaw (degrees), camera (eye, target, up, fov), material, size (W, H), samples,
-    exposure (None for EXR), tonemap and bloom where they are not the usual, suns and gloss as `render` takes them; scene_digest
-    and light_digest, which differ where two scenes or lights of one name do. Raises SdfprtError as `render` does, with what is
-    finished kept, and for a manifest that is there but cannot be read.
+    baked, in `cells` and with `bounces` as `bake` has them; `colours` are those of `frame`. `cluster`, a Dask scheduler's
+    address, has its workers bake and draw: the same files to the bit. An entry: file, scene, light, yaw (degrees), camera (eye,
+    target, up, fov), material, size (W, H), samples, exposure (None for EXR), tonemap and bloom where they are not the usual,
+    suns and gloss as `render` takes them, bounces and colours where there are any; scene_digest and light_digest, which differ
+    where two scenes or lights of one name do. Raises SdfprtError as `render` does, with what is finished kept, and for a
+    manifest that is there but cannot be read.
     """
     folder = Path(folder)
     if kind not in KINDS:
@@ -112,12 +115,17 @@ def render_set(
     digests = [_light_digest(light) for light in environments]
     for scene in loaded:
         fitting = next((asset for asset in assets if asset.scene_hash == scene.hash), None)
-        net = (fitting or bake(scene, width=width, cluster=cluster, cells=cells)).net
+        if fitting is not None and bounces:
+            raise SdfprtError(f"render-set: bounces {bounces}: the asset of {scene.file} has its own; give one of the two")
+        made: dict[Material | None, AnyNet] = {}
+        for own in chosen:  # the albedo of one colour is inside of paths of several bounces
+            inside = replace(scene, material=own) if own is not None and bounces > 1 and not scene.has_albedo else scene
+            made[own] = (fitting or bake(inside, width=width, cluster=cluster, cells=cells, bounces=bounces)).net
         looks = cameras or trajectory(scene.camera, views)
         for camera, (light, digest), yaw, own in itertools.product(looks, zip(environments, digests, strict=True), yaws, chosen):
             eyes = {"background": kind == "png", "dering": kind == "png"}
-            shot = compose(scene, own, camera, size, samples, **eyes, suns=suns, gloss=gloss)
-            job = Job(scene, net, light.rotated(yaw=yaw), shot, exposure, kind, tonemap, bloom)
+            shot = compose(scene, own, camera, size, samples, **eyes, suns=suns, gloss=gloss, colours=colours)
+            job = Job(scene, made[own], light.rotated(yaw=yaw), shot, exposure, kind, tonemap, bloom)
             entry = _entry(job, yaw, digest)
             jobs[entry["file"]] = (entry, job)
 
@@ -193,6 +201,8 @@ def _entry(job: Job, yaw: float, light: str) -> dict[str, Any]:
         "exposure": job.exposure if job.for_eyes else None,
         "suns": job.shot.lighting.suns,
         "gloss": "exact" if job.shot.lighting.exact else "sh",
+        **({"bounces": job.net.bounces.count} if job.net.bounces else {}),
+        **({"colours": [list(colour) for colour in job.shot.lighting.colours]} if job.shot.lighting.colours else {}),
     }
     if job.for_eyes and (job.tonemap, job.bloom) != (settings.Render.tonemap, settings.Render.bloom):
         entry |= {"tonemap": job.tonemap, "bloom": job.bloom}

@@ -10,6 +10,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
+from sdfprt.baking import stages
+from sdfprt.baking.bounces import with_bounces
 from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
 from sdfprt.imaging.camera import Camera
@@ -17,6 +19,7 @@ from sdfprt.imaging.shot import Frame, Lighting, Shot, compose
 from sdfprt.light.light import Light
 from sdfprt.light.prepared import prepare
 from sdfprt.material import shading
+from sdfprt.material.colours import Bounces, bounced
 from sdfprt.material.lobes import Material, parts
 from sdfprt.network.cells import AnyNet
 from sdfprt.sdf.kinds import AnyScene
@@ -32,6 +35,7 @@ class View:
     scene: AnyScene
     seen: Seen
     transfer: Float[ndarray, "n k"]
+    bounces: Bounces | None = None  # whose transfers follow the direct one in the columns
 
     @property
     def mask(self) -> Bool[ndarray, "h w"]:
@@ -49,10 +53,11 @@ class View:
 
         As the papers have it, in spherical harmonics alone, or with `lighting` as that says.
         """
-        bands = round(self.transfer.shape[1] ** 0.5)
+        bands = self.bands
         seen = self.seen
         lighting = lighting or Lighting(light_bands=light_bands, result_bands=result_bands, suns="off", gloss="sh")
         lit = prepare(light, lighting, material, bands, seen.exponent is not None)
+        own = self.scene.has_albedo, material, lit.whole, lighting.colours, self.scene.file
         sunlight = None
         if len(lit.suns):
             exponents = parts(material).get("exponent", 1.0) if seen.exponent is None else seen.exponent
@@ -69,18 +74,25 @@ class View:
             lit.exact,
             sunlight,
             lit.environment,
+            bounced(self.bounces, *own),
         )
         picture = np.zeros((*self.mask.shape, 3), np.float32)
         picture[self.mask] = values
         return picture
 
+    @property
+    def bands(self) -> int:
+        transfers = 1 + (self.bounces.transfers if self.bounces else 0)
+        return round((self.transfer.shape[1] // transfers) ** 0.5)
+
     def cut(self, bands: int) -> "View":
         """The same view with fewer bands."""
-        return View(self.scene, self.seen, self.transfer[:, : bands**2])
+        each = self.transfer.reshape(len(self.transfer), -1, self.bands**2)[:, :, : bands**2]
+        return View(self.scene, self.seen, each.reshape(len(each), -1), self.bounces)
 
     def predicted(self, net: AnyNet) -> "View":
         """The same hit points with a network's transfer."""
-        return View(self.scene, self.seen, net.predict(self.seen.points, self.seen.normals))
+        return View(self.scene, self.seen, net.predict(self.seen.points, self.seen.normals), net.bounces)
 
 
 def view(
@@ -91,10 +103,20 @@ def view(
     rays: int = settings.Exact.rays,
     samples: int = 1,
     seed: int = 0,
+    bounces: int = 0,
 ) -> View:
-    """Trace the camera's rays and cast `rays` from each hit; size is (W, H)."""
+    """Trace the camera's rays and cast `rays` from each hit; size is (W, H).
+
+    With `bounces`, what other surfaces send is that of settings.Exact.points samples of them, seen by settings.Exact.bounce_rays.
+    """
     seen = see(scene, camera or scene.camera, size, samples)
-    return View(scene, seen, compute_transfer(scene, seen.points, seen.normals, bands=bands, rays=rays, seed=seed))
+    direct = compute_transfer(scene, seen.points, seen.normals, bands=bands, rays=rays, seed=seed)
+    if not bounces:
+        return View(scene, seen, direct)
+    points, normals = stages.spread(scene, settings.Exact.points, seed + 1)
+    around = points, normals, compute_transfer(scene, points, normals, bands=bands, seed=seed)
+    known, _, both = with_bounces(scene, around, (seen.points, seen.normals, direct), bounces, None, seed)
+    return View(scene, seen, both[2], known)
 
 
 def draw(scene: AnyScene, light: Light, shot: Shot, bands: int = settings.Transfer.bands, rays: int = settings.Exact.rays) -> Frame:
@@ -102,7 +124,7 @@ def draw(scene: AnyScene, light: Light, shot: Shot, bands: int = settings.Transf
 
     Raises SdfprtError for options that they have and this has not.
     """
-    shot.refuse_beyond("exact transfer", "dering", "light_bands", "result_bands", "suns", "gloss")
+    shot.refuse_beyond("exact transfer", "dering", "light_bands", "result_bands", "suns", "gloss", "colours")
     if shot.background:
         raise SdfprtError("exact transfer has no option background; leave it out")
     seen = view(scene, shot.camera, shot.size, bands, rays, shot.samples)

@@ -120,18 +120,19 @@ def report(
     rays: int = settings.Exact.rays,
     widths: Sequence[int] = (64, 128),
     bands: Iterable[tuple[int, int, int]] = BANDS,
+    bounces: int = 0,
 ) -> tuple[list[Split], list[BandRow]]:
-    """Measure, and write one HTML page with the pictures inside; bakes what is not there.
+    """Measure, and write one HTML page with the pictures inside; bakes what is not there. Truth has as many `bounces`.
 
     Raises SdfprtError without OpenGL, and where the camera sees nothing of the scene.
     """
     light, camera = light or Light.load("sky_afternoon"), camera or scene.camera
     bands = list(bands)
-    view = exact.view(scene, camera, size, max(row[0] for row in bands), rays)
-    assets = {width: bake(scene, width=width) for width in widths}
+    view = exact.view(scene, camera, size, max(row[0] for row in bands), rays, bounces=bounces)
+    assets = {width: bake(scene, width=width, bounces=bounces) for width in widths}
     splits, rows, sections, by_way = [], [], [], []
     for material in materials:
-        truth = reference_image(scene, light, material, camera, size, spp)
+        truth = reference_image(scene, light, material, camera, size, spp, bounces)
         mask = view.mask & (truth.alpha > 0)
         pictures, exacts = {"reference": truth.rgb}, {}
 
@@ -165,6 +166,7 @@ def report(
         noise = float(np.sqrt(np.mean(truth.standard_error[mask] ** 2)) / metrics.robust_peak(truth.rgb, mask))
         sections.append(_gallery(f"{name(material)}; noise of the reference {-20 * np.log10(noise):.1f} dB", pictures, mask))
     settings_line = f"{size[0]}x{size[1]}, light {light.name}, {spp} paths a pixel, {rays} rays a pixel"
+    settings_line += f", {bounces} bounces" if bounces else ""
     page = _page(scene.name, settings_line, splits, rows, by_way, sections)
     with atomic_write(output) as temporary:
         temporary.write_text(page, encoding="utf-8")

@@ -24,6 +24,9 @@ uniform bool hasExponent;
 uniform bool sunlit;           // whether discs of the light go by rays
 uniform sampler2D sunDiffuse;  // their sums, of the sunlight pass
 uniform sampler2D sunGlossy;
+#if TRANSFERS > 1
+uniform int once;              // 1, see network.glsl
+#endif
 
 // Number of this invocation: groups stand in rows, since a driver takes 65,535 along a side.
 uint invocation() {
@@ -56,7 +59,7 @@ void main() {
 #if TRANSFERS > 1
         base = recoloured(base);
         vec3 arriving = vec3(0.0);
-        for (int b = 1; b < TRANSFERS; b++) {
+        for (int b = 1; b < TRANSFERS * once; b++) {
             vec4 more[OUTPUTS];
             for (int i = 0; i < OUTPUTS; i++) more[i] = all[(k * TRANSFERS + b) * OUTPUTS + i];
             arriving += bouncedLight(b - 1, more);

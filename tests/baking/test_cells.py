@@ -142,6 +142,14 @@ def test_a_bake_that_was_stopped_goes_on_in_the_cell_where_it_was(small, monkeyp
     assert again.net.digest == whole.net.digest and Path(again.path).read_bytes()
 
 
+def test_a_target_is_sought_by_networks_in_cells(small, monkeypatch):
+    monkeypatch.setattr(settings.Exact, "rays", 64)
+    asset = bake(small, cells=4, target_psnr=5, **{key: value for key, value in SMALL.items() if key not in ("width", "layers")})
+    assert isinstance(asset.net, CellNets) and asset.info["target_reached"]
+    weights = sum(w.size + b.size for net in asset.net.nets for w, b in net.weights)
+    assert asset.info["curve"][-1]["weights"] == weights or len(asset.info["curve"]) > 1
+
+
 def test_one_cell_is_the_network_of_always_to_the_byte(small, tmp_path):
     torch.manual_seed(0)
     bake(small, cells=1, **SMALL).save(tmp_path / "one")

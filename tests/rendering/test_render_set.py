@@ -36,6 +36,14 @@ def test_the_manifest_is_enough_to_draw_a_picture_again(tmp_path):
     np.testing.assert_array_equal(read(tmp_path / entry["file"]).rgb, again)
 
 
+def test_an_asset_in_cells_makes_sets_of_its_own(tmp_path):
+    cells = Asset(nets.random_cells(), SCENE.hash)
+    (one,), (many,) = _run(tmp_path), _run(tmp_path, assets=[cells])
+    assert one["file"] != many["file"]
+    again = sdfprt.render(SCENE, cells, Light.load("studio"), size=(24, 16))
+    np.testing.assert_array_equal(read(tmp_path / many["file"]).rgb, again)
+
+
 def test_what_is_there_is_kept_and_what_was_stopped_goes_on(tmp_path, monkeypatch):
     draw, drawn = sets.draw, []
 

@@ -223,8 +223,11 @@ def calls(folder: Path) -> Iterator[tuple[str, Callable[[], Any]]]:
     )
     yield from wrong(sh.triple_product, {"bi": 2, "bj": 2, "bk": 2}, bi=NOT_BANDS)
     yield from wrong(sh.project, {"latlong": picture, "bands": 3}, latlong=(None, "a", picture[..., 0]), bands=NOT_BANDS)
-    few = {"function": lambda d: d, "bands": 2, "samples": 8}
-    yield from wrong(sh.project_samples, few, function=(None, "a", lambda d: d[:, 0]), bands=NOT_BANDS, samples=NOT_A_COUNT)
+    project = {"bands": 2, "samples": 8, "sampling": "random"}
+    yield from wrong(
+        lambda f, **other: sh.project_samples(f, **other), project | {"f": lambda d: d}, f=(None, "a", lambda d: d[:, 0])
+    )
+    yield from wrong(lambda **other: sh.project_samples(lambda d: d, **other), project, bands=NOT_BANDS, samples=NOT_A_COUNT)
     yield from wrong(sh.power_zonal, {"exponent": 3.0, "bands": 3}, exponent=(*NOT_A_NUMBER, -1), bands=NOT_BANDS)
     yield from wrong(sh.dering, {}, coefficients=(None, "a", rows[:, 0], np.zeros((5, 3)), np.full((4, 3), NAN)))
     yield from wrong(csg.sphere, {}, radius=(*NOT_A_NUMBER, -1))

@@ -95,7 +95,7 @@ CURVES: dict[str, Callable[[ndarray], ndarray]] = {
 }
 
 
-def with_bloom(exposed: Float[ndarray, "h w 3"], share: float) -> Float[ndarray, "h w 3"]:
+def with_bloom(exposed: ndarray, share: float) -> Float[ndarray, "h w 3"]:
     """A halo about what is brighter than white: so great a share of its light above white, luminance 1, is spread out.
 
     The kernel is the mean of three Gaussians, whose standard deviations are 1/160, 1/40 and 1/10 of the picture's height: a core,

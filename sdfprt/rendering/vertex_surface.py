@@ -74,7 +74,7 @@ def draw(scene: MeshScene, table: VertexTable, light: Light, shot: Shot) -> Fram
     if reflects(material):
         set_environment(program, light)
     values = {"channels": table.transfer.shape[1], "specular": specular, "sunlit": len(given.suns) > 0}
-    set_uniforms(program, ("specular", *SUNS), **values, **SUNS)
+    set_uniforms(program, ("specular", "sunlit", *SUNS), **values, **SUNS)
 
     def lit(target: Target, tile: Tile) -> None:
         suns = sun_textures(scene, given.suns, shot, target, tile)

@@ -93,6 +93,8 @@ def test_tables_show_it_a_sample_at_a_time(storage: str):
     hit = (both.alpha > 0) & (mirror.alpha > 0)
     away = np.abs(both.rgb - diffuse.rgb - mirror.rgb).max(axis=2)[hit]
     assert hit.mean() > 0.3 and np.median(away) < 1e-3 and (away < 0.01).mean() > 0.97  # edges of triangles go either way
+    alone = frame(made, table, SKY, Reflection(SHINE), size=SIZE, backend="glsl")
+    np.testing.assert_allclose(alone.rgb, both.rgb - diffuse.rgb, rtol=0, atol=2e-5)
     other = frame(made, table, SKY, materials[0], size=SIZE, backend="warp")
     away = np.abs(both.rgb - other.rgb).max(axis=2)[(both.alpha > 0) & (other.alpha > 0)]
     assert np.median(away) < 2e-3 and (away < 0.02).mean() > 0.95

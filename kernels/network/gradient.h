@@ -1,4 +1,4 @@
-// Gradient of the squared error of a network over part `item` of a batch, for its matrices and biases; the forward pass in it is the
+// Gradient of the squared error of a network, which counts linearly beyond `outlier`, over part `item` of a batch, for its matrices and biases; the forward pass in it is the
 // twin of `forward` in sdfprt/network/mlp.py.
 // TILE samples at a time pass through all layers and back, so that all stays in cache.
 const int TILE = 64, MOST = 32;
@@ -56,7 +56,8 @@ for (int first = begin; first < end; first += TILE) {
         const float* want = targets.data + (long long)rows.data[first + r] * outputs;
         for (int i = 0; i < outputs; i++) {
             const float y = a[layers][r * last + i];
-            back[r * last + i] = (y - want[i]) * slopes.data[i] * (1.0f - y * y);
+            const float error = y - want[i], held = error > outlier ? outlier : error < -outlier ? -outlier : error;
+            back[r * last + i] = held * slopes.data[i] * (1.0f - y * y);
         }
     }
     for (int l = layers - 1; l >= 0; l--) {

@@ -33,7 +33,7 @@ from sdfprt.sdf.surface import sample_surface
 Arrays = dict[str, ndarray]
 Samples = tuple[ndarray, ndarray, ndarray]  # points, normals, transfer
 CHUNK = 32_768  # samples whose transfer lies in one file
-_VERSION = 13  # raised when a stage computes something else, so that older caches are not read
+_VERSION = 14  # raised when a stage computes something else, so that older caches are not read
 
 
 class Size(NamedTuple):

@@ -77,6 +77,7 @@ class Fit:
     rate: float = 0.05  # learning rate of the matrices (Muon) at the peak of the one cycle
     decay: float = 0.1  # of the matrices a step, as a fraction of the rate: steps of one size turn small matrices farther
     bias_share: float = 0.25  # learning rate of the biases (Adam), as a fraction of that of the matrices
+    outlier: float = 0.1  # error of T over its largest value from which on it counts linearly: edges that no network holds
     hidden: float = 0.1  # importance of samples that no camera sees, of the mean
     from_above: float = 1.0  # by which a camera straight above counts more than one at the horizon, one below less
     by_degree: tuple[float, ...] = (1.0, 0.35, 0.25, 0.2)  # weight of T's squared error by SH degree: light has less of higher ones

@@ -1,10 +1,11 @@
-"""The recipe that trains a transfer network: squared loss, Muon on the matrices, which decay, Adam on the biases, one cycle.
+"""The recipe that trains a transfer network: squared loss up to outliers, Muon on matrices that decay, Adam on biases, one cycle.
 
 Targets are Monte Carlo transfer; their noise is unbiased, so the squared loss fits the mean through it (L1 would fit
-the median). What is learnt is how far transfer falls short of an open sky's, which is known. Batches hold samples as often
-as pictures show them, and coefficients count as light uses them (importance.py). A step depends on the seed and on what the
-step before left, nothing else: a checkpoint taken anywhere goes on to the same bits. Muon is momentum whose steps are
-orthogonalised by a Newton-Schulz iteration (Jordan et al. 2024), here in float32, since CPUs lack a fast bfloat16.
+the median). Errors far beyond noise count linearly, lest edges of leaves, which no network holds, bend what lies around.
+What is learnt is how far transfer falls short of an open sky's, which is known. Batches hold samples as often as pictures
+show them, and coefficients count as light uses them (importance.py). A step depends on the seed and on what the step before
+left, nothing else: a checkpoint taken anywhere goes on to the same bits. Muon is momentum whose steps are orthogonalised by
+a Newton-Schulz iteration (Jordan et al. 2024), here in float32, since CPUs lack a fast bfloat16.
 """
 
 import math

@@ -16,6 +16,7 @@ from jaxtyping import Float, Int
 from torch import Tensor
 
 from sdfprt.core import kernels
+from sdfprt.core.settings import Fit
 from sdfprt.network.mlp import SLOPE, activate
 
 _SHARES = 2  # of a batch, computed side by side; always as many, whatever the machine, so that sums stay equal to the bit
@@ -45,30 +46,43 @@ def descend(
     features: Float[Tensor, "s f"],
     target: Float[Tensor, "s k"],
     slopes: Float[Tensor, "k"],
+    outlier: float = Fit.outlier,
 ) -> Iterator[Descent]:
-    """For a network of these weights, as they are at each call, and an error whose derivative is `slopes` times it."""
+    """For a network of these weights, as they are at each call, and an error whose derivative is `slopes` times it.
+
+    Up to `outlier`, that is; a larger error has the derivative of one so large (Huber 1964).
+    """
     ours = weights.device.type == "cpu" and kernels.device() in ("cpu", "scalar") and len(sizes) <= _LAYERS
     if not ours:
-        yield by_torch(sizes, weights, biases, features, target, slopes)
+        yield by_torch(sizes, weights, biases, features, target, slopes, outlier)
         return
     threads = torch.get_num_threads()
     torch.set_num_threads(1)  # what is left to it is small
     try:
         with ThreadPoolExecutor(_SHARES - 1) as pool:
-            yield _by_kernels(pool, sizes, weights, biases, features, target, slopes)
+            yield _by_kernels(pool, sizes, weights, biases, features, target, slopes, outlier)
     finally:
         torch.set_num_threads(threads)
 
 
-def by_torch(sizes: Sequence[int], weights: Tensor, biases: Tensor, features: Tensor, target: Tensor, slopes: Tensor) -> Descent:
+def by_torch(
+    sizes: Sequence[int],
+    weights: Tensor,
+    biases: Tensor,
+    features: Tensor,
+    target: Tensor,
+    slopes: Tensor,
+    outlier: float = Fit.outlier,
+) -> Descent:
     """The same by torch on any device."""
 
     def gradients(rows: Tensor) -> tuple[Tensor, Tensor]:
         with torch.enable_grad():
             w, b = weights.detach().requires_grad_(), biases.detach().requires_grad_()
             layers = list(zip(matrices(w, sizes), b.split(list(sizes[1:])), strict=True))
-            error = activate(layers, features[rows]) - target[rows]
-            by_weights, by_biases = torch.autograd.grad((0.5 * slopes * error.square()).sum(), (w, b))
+            values = activate(layers, features[rows])
+            errors = torch.nn.functional.huber_loss(values, target[rows], reduction="none", delta=outlier)
+            by_weights, by_biases = torch.autograd.grad((slopes * errors).sum(), (w, b))
         return by_weights, by_biases
 
     def orthogonal(flat: Tensor) -> Tensor:
@@ -96,6 +110,7 @@ def _by_kernels(
     features: Tensor,
     target: Tensor,
     slopes: Tensor,
+    outlier: float,
 ) -> Descent:
     """The same by kernels/network/gradient.h and orthogonal.h, whose arrays are the tensors' own memory."""
     total = len(weights) + len(biases)
@@ -108,7 +123,7 @@ def _by_kernels(
         {
             "sizes": whole, "weights": flat, "biases": flat, "features": flat, "targets": flat, "slopes": flat, "rows": whole,
             "scratch": flat, "gradients": flat, "layers": int, "batch": int, "parts": int, "total": int, "room": int,
-            "slope": float,
+            "slope": float, "outlier": float,
         },
         fused=True,
     )  # fmt: skip
@@ -134,7 +149,7 @@ def _by_kernels(
         if len(rows) != len(batch):
             batch = torch.empty(len(rows), dtype=torch.int32)
             arguments = [counts, *tensors, kernels.array(batch.numpy(), int), scratch, kernels.array(sums.numpy())]
-            launches = _commands(gradient, [*arguments, len(blocks), len(rows), _SHARES, total, room, SLOPE], _SHARES)
+            launches = _commands(gradient, [*arguments, len(blocks), len(rows), _SHARES, total, room, SLOPE, outlier], _SHARES)
         batch.copy_(rows)
         _side_by_side(pool, launches)
         both = sums.sum(0)

@@ -190,7 +190,7 @@ def test_kernels_descend_as_torch_does(sizes, batch, device, monkeypatch):
     state = fit._initial(list(sizes), 0, "cpu")
     state["biases"].normal_(generator=generator)
     features, target = (torch.randn(300, n, generator=generator) for n in (sizes[0], sizes[-1]))
-    given = sizes, state["weights"], state["biases"], features, target, torch.rand(sizes[-1], generator=generator)
+    given = sizes, state["weights"], state["biases"], features, target, torch.rand(sizes[-1], generator=generator), 0.8
     theirs = optimizer.by_torch(*given)
     with optimizer.descend(*given) as ours:
         for _ in range(2):  # the second with other weights in the same memory

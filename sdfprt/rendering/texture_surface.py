@@ -108,7 +108,7 @@ def draw(scene: MeshScene, table: TextureTable, light: Light, shot: Shot) -> Fra
         set_environment(program, light)
     albedo, exponent, specular = mesh_surface.look_of(scene, material)
     samplers = {"transferTextures": SAMPLERS["transferTextures"], **SUNS}
-    by_lobes = ("sentScale", "sunlit", "specular", "lobeColour", "sunDiffuse", "sunGlossy")
+    by_lobes = ("sentScale", "sunlit", "bounced", "specular", "lobeColour", "sunDiffuse", "sunGlossy")
     values = {
         "specular": specular,
         "lobeColour": specular,

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from sdfprt.material.colours import Bounces
 from sdfprt.network.cells import CellNets, Cells
 from sdfprt.network.mlp import TransferNet
 from sdfprt.sdf.scene import Scene
@@ -52,3 +53,16 @@ def random_cells(width: int = 16, layers: int = 3, bands: int = 4) -> CellNets:
         place = (0.3 * k - 0.5, 0.1, -0.2 * k)
         each.append(replace(net, weights=[first, *net.weights[1:]], scale=net.scale + 0.05 * k, center=place, extent=0.8 + 0.1 * k))
     return CellNets(tuple(each), Cells((-0.7, -0.6, -0.8), (0.5, 1.0, 0.7), owner, 0.05))
+
+
+def bounced_net(bounces: Bounces, bands: int = 4) -> TransferNet:
+    """A random network whose further transfers are small, as those of bounces are."""
+    plain = random_net(bands=bands)
+    count = bands**2
+    rng = np.random.default_rng(5)
+    weights, bias = plain.weights[-1]
+    more = bounces.transfers * count
+    last = np.concatenate([weights, rng.normal(0, 0.3, (more, weights.shape[1]))]).astype(np.float32)
+    biases = np.concatenate([bias, np.tile(np.eye(count)[0], bounces.transfers)]).astype(np.float32)
+    scale = np.concatenate([plain.scale, np.full(more, 0.2)]).astype(np.float32)
+    return replace(plain, weights=[*plain.weights[:-1], (last, biases)], scale=scale, bounces=bounces)

@@ -6,7 +6,7 @@ Both are GLSL ES 3.00. What that does not take of a scene is rewritten, or named
 import base64
 import re
 import zlib
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,7 @@ from sdfprt.imaging.shot import SAMPLES, SIZES, Lighting, compose
 from sdfprt.light import prefiltered
 from sdfprt.light.light import Light, lights
 from sdfprt.light.prepared import prepare
-from sdfprt.material import shading
+from sdfprt.material.colours import bounced
 from sdfprt.material.lobes import Diffuse, DiffusePhong, Material, parts, reflects
 from sdfprt.material.lobes import name as material_name
 from sdfprt.maths import sh
@@ -49,7 +49,7 @@ from sdfprt.rendering.pieces import (
     sun_uniforms,
     weights_texture,
 )
-from sdfprt.rendering.uniforms import glossy_blocks
+from sdfprt.rendering.uniforms import bounced_uniforms, glossy_blocks, light_vector
 from sdfprt.rendering.units import Unit
 from sdfprt.sdf.es import VERSION, es_source
 from sdfprt.sdf.scene import Scene
@@ -127,6 +127,7 @@ def export_html(
             "exposure": exposure,
             "background": background,
         },
+        "bounces": None if net.bounces is None else asdict(net.bounces),
         "owns": {"albedo": scene.has_albedo, "exponent": scene.has_exponent},
         "weights": {"size": [weights.shape[1], weights.shape[0]], "data": _packed(weights.tobytes())},
         "textures": {name: _texture(texels) for name, texels in scene.texels.items()},
@@ -176,8 +177,8 @@ def export_shadertoy(
     rest = rest if len(discs) else light
     coefficients = rest.sh_dered(bands)[0] if dering else rest.sh(bands)
     variant = Variant(lobes_of(material), bands, bands)
-    vector = np.zeros((4 * -(-(net.bands**2) // 4), 3))
-    vector[: net.bands**2] = shading.diffuse_vector(coefficients, net.bands)
+    whole = light.sh_dered(bands)[0] if dering else light.sh(bands)
+    bounces = bounced(net.bounces, scene.has_albedo, material, whole)
     values: dict[str, Any] = (
         scene_uniforms(scene)
         | shadow_uniforms(scene)
@@ -185,8 +186,9 @@ def export_shadertoy(
         | picture_uniforms(DiffusePhong())
         | picture_uniforms(material)
         | {
-            "diffuseLight": vector.T.reshape(-1, 4),
-            "skyCoefficients": light.sh_dered(bands)[0] if dering else light.sh(bands),
+            "diffuseLight": light_vector(coefficients, net.bands),
+            "skyCoefficients": whole,
+            **bounced_uniforms(bounces, net.bands),
             **sun_uniforms(discs),
             "exposure": exposure,
             "background": background,
@@ -282,6 +284,7 @@ def _light(light: Light, bands: int, lighting: Lighting) -> dict[str, Any]:
     found: dict[str, Any] = {
         "name": light.name,
         "sh": coefficients,
+        "whole": sh.rotation(light.rotation, bands) @ lit.whole,
         "rotation": light.rotation,
         "size": [pixels.shape[1], pixels.shape[0]],
         "map": _packed(shared_exponent(pixels).tobytes()),

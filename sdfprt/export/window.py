@@ -18,6 +18,7 @@ from sdfprt.imaging.camera import Camera
 from sdfprt.imaging.shot import Lighting
 from sdfprt.light.light import Light, lights
 from sdfprt.light.prepared import prepare
+from sdfprt.material.colours import bounced
 from sdfprt.material.lobes import Diffuse, DiffusePhong, Material, Phong, parts
 from sdfprt.network.cells import AnyNet
 from sdfprt.network.mlp import TransferNet
@@ -34,7 +35,7 @@ from sdfprt.rendering.pieces import (
     sun_uniforms,
 )
 from sdfprt.rendering.targets import Kept, LightMaps, environment_texture, network_texture, scene_texture
-from sdfprt.rendering.uniforms import set_exact, set_light, set_uniforms
+from sdfprt.rendering.uniforms import bounced_uniforms, set_exact, set_light, set_uniforms
 from sdfprt.rendering.units import SAMPLERS, Unit, scene_samplers
 from sdfprt.sdf.scene import Scene
 
@@ -134,6 +135,8 @@ class Painter:
             set_exact(program, exact)
             key = look.light, parts(look.material).get("exponent", 0.0)
             self.light_maps.get(key, lambda: LightMaps(self.gl, exact)).use()
+        bounces = bounced_uniforms(bounced(self.net.bounces, self.scene.has_albedo, look.material, lit.whole), self.net.bands)
+        set_uniforms(program, bounces, **bounces)  # by the material's lobes
         set_uniforms(
             program,
             ("baseColour", "baseExponent", "specular"),  # by the material's lobes, and where the scene gives its own

@@ -63,6 +63,27 @@ function glossyLight(L) {
     return out;
 }
 
+// What light bounces off, as bounced.glsl reads it: the twin of sdfprt/material/colours.py
+
+function bounced(light) {
+    const known = scene.bounces;
+    if (!known) return {};
+    const before = scene.owns.albedo ? known.colours : [], diffuse = state.lobes !== 2;
+    const now = scene.owns.albedo ? known.colours : known.colours.map(() => state.albedo);
+    const weights = now.map((colour) => [...colour]);
+    if (known.deeper) {
+        const mean = (colours, c) => colours.reduce((sum, colour, q) => sum + known.sent[q] * colour[c], 0);
+        const scale = [0, 1, 2].map((c) => mean(known.colours, c) > 0 ? (mean(now, c) / mean(known.colours, c)) ** 2 : 1);
+        if (known.deeper === 1) weights.push(scale);
+        else for (let c = 0; c < 3; c++) weights.push([0, 1, 2].map((k) => k === c ? scale[c] : 0));
+    }
+    const padded = [...before, ...Array(8 - before.length).fill([0, 0, 0])];
+    return {
+        bounceColours: weights.map((colour) => diffuse ? colour : [0, 0, 0]), partCount: before.length,
+        partsBefore: padded, partsNow: padded, wholeLight: diffuseLight(turnedLight(light.whole, state.yaw)),
+    };
+}
+
 // Light and lobe exact: the twin of sdfprt/light/prefiltered.py
 
 function basis(d) {
@@ -270,6 +291,7 @@ function draw() {
         gl.bindTexture(gl.TEXTURE_2D, opens[state.light]);
         give(now, { toLight: toMap, turnTransfer: turnTransfer(light, state.yaw) });
     }
+    give(now, bounced(light));
     give(now, {
         sunCount: light.suns.sunCount, sunDirection: discs, sunEnergy: light.suns.sunEnergy,
         eye: state.eye,

@@ -15,6 +15,7 @@ from sdfprt.export import page
 from sdfprt.export.page import export_html, export_shadertoy
 from sdfprt.imaging import tone
 from sdfprt.imaging.shot import Lighting
+from sdfprt.material.colours import Bounces
 from sdfprt.material.lobes import Diffuse, Material
 from sdfprt.rendering.backends import frame
 
@@ -176,6 +177,16 @@ def test_shadertoys_tab_draws_what_render_draws(material):
     text = export_shadertoy(SCENE, NET, light, material, samples=2, exposure=0.8, background=False)
     # Weights in half precision
     assert _psnr(_toy(text, SIZE), _drawn(light, material, 0.8, background=False, samples=2)) > 45
+
+
+def test_bounced_light_is_in_the_page_and_in_shadertoys_tab(browser, tmp_path):
+    net, start = nets.bounced_net(Bounces(2, ((0.5, 0.5, 0.5),), 1, (1.0,))), Diffuse((0.8, 0.3, 0.2))
+    expected = tone.srgb_encode(tone.tone_map(frame(SCENE, net, SKY, start, size=SIZE, samples=2, dering=True).rgb))
+    assert _psnr(expected, _drawn(SKY, start, background=False, samples=2)) < 40
+    page = _open(browser, tmp_path / "page.html", export_html(SCENE, net, SKY, 0.0, start, size=SIZE, samples=2, background=False))
+    assert _psnr(_canvas(page), expected) > 45
+    page.close()
+    assert _psnr(_toy(export_shadertoy(SCENE, net, SKY, start, samples=2, background=False, gloss="sh"), SIZE), expected) > 40
 
 
 def test_shadertoys_mouse_turns_the_camera():

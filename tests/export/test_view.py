@@ -16,7 +16,9 @@ from sdfprt import Camera, DiffusePhong, Light, Phong, Scene, SdfprtError
 from sdfprt.core.opengl import context, in_render_thread
 from sdfprt.export.window import Look, Painter, view
 from sdfprt.imaging import tone
+from sdfprt.material.colours import Bounces
 from sdfprt.material.lobes import Diffuse
+from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering.backends import frame
 
 SCENE, NET, SIZE = nets.scene(), nets.random_net(), (72, 56)
@@ -73,11 +75,11 @@ def test_keys_change_what_they_say_and_nothing_else():
 
 
 @in_render_thread
-def _painted(scene: Scene, look: Look, choices: list[Light]) -> np.ndarray:
+def _painted(scene: Scene, look: Look, choices: list[Light], net: TransferNet = NET) -> np.ndarray:
     gl = context()
     target = gl.framebuffer([gl.texture(SIZE, 4, dtype="f4")])
     target.use()
-    Painter(gl, scene, NET, choices).draw(look, SIZE)
+    Painter(gl, scene, net, choices).draw(look, SIZE)
     return np.frombuffer(target.read(components=3, dtype="f4"), np.float32).reshape(SIZE[1], SIZE[0], 3)[::-1]
 
 
@@ -89,6 +91,14 @@ def test_the_window_shows_what_render_draws(material):
     drawn = frame(SCENE, NET, choices[1].rotated(yaw=25), material, look.camera, SIZE, dering=True, background=True)
     expected = tone.srgb_encode(tone.tone_map(drawn.rgb, 0.7))
     assert 10 * np.log10(1 / ((got - expected) ** 2).mean()) > 50
+
+
+def test_the_window_shows_bounced_light():
+    net = nets.bounced_net(Bounces(1, ((0.5, 0.5, 0.5),)))
+    look, light = replace(LOOK, material=Diffuse((0.8, 0.3, 0.2))), Light.load("studio")
+    drawn = frame(SCENE, net, light.rotated(yaw=look.yaw), look.material, look.camera, SIZE, dering=True, background=True)
+    expected = tone.srgb_encode(tone.tone_map(drawn.rgb, look.exposure))
+    assert 10 * np.log10(1 / ((_painted(SCENE, look, [light], net) - expected) ** 2).mean()) > 50
 
 
 def test_the_window_reads_the_scenes_textures():

@@ -44,26 +44,13 @@ def corner(wall: tuple[float, float, float] = RED) -> Scene:
     return Scene(glsl=CORNER, parts=parts, camera=camera, bounds=((-0.8, -0.5, -0.8), (0.8, 0.5, 0.8)))
 
 
-def net_with(bounces: Bounces, bands: int = 4) -> TransferNet:
-    """A random network whose further transfers are small, as those of bounces are."""
-    plain = nets.random_net(bands=bands)
-    count = bands**2
-    rng = np.random.default_rng(5)
-    weights, bias = plain.weights[-1]
-    more = bounces.transfers * count
-    last = np.concatenate([weights, rng.normal(0, 0.3, (more, weights.shape[1]))]).astype(np.float32)
-    biases = np.concatenate([bias, np.tile(np.eye(count)[0], bounces.transfers)]).astype(np.float32)
-    scale = np.concatenate([plain.scale, np.full(more, 0.2)]).astype(np.float32)
-    return replace(plain, weights=[*plain.weights[:-1], (last, biases)], scale=scale, bounces=bounces)
-
-
 @pytest.mark.parametrize("material", [Diffuse(RED), Phong(8.0), DiffusePhong(GREY, 12.0)], ids=str)
 @pytest.mark.parametrize("lighting", [{}, {"suns": "off", "gloss": "sh"}], ids=["exact", "papers"])
 @pytest.mark.parametrize(("own", "bands"), [(True, 3), (False, 4)], ids=["colours", "one colour"])
 def test_back_ends_draw_one_picture(material: Material, lighting: dict, own: bool, bands: int):
     scene = corner() if own else nets.scene()
     colours = (GREY, RED, BLUE) if own else (GREY,)
-    net = net_with(Bounces(2, colours, 3, (0.4,) * len(colours)), bands)
+    net = nets.bounced_net(Bounces(2, colours, 3, (0.4,) * len(colours)), bands)
     light = Light.load("sky_afternoon")
     now = {"colours": [BLUE, GREY, RED]} if own else {}
     pictures = [render(scene, net, light, material, size=SIZE, backend=name, **lighting, **now) for name in ("glsl", "torch")]
@@ -79,7 +66,7 @@ def test_back_ends_draw_one_picture(material: Material, lighting: dict, own: boo
 
 
 def test_a_network_with_bounces_survives_its_file(tmp_path: Path):
-    net = net_with(Bounces(2, (GREY, RED), 3, (0.25, 0.75)))
+    net = nets.bounced_net(Bounces(2, (GREY, RED), 3, (0.25, 0.75)))
     net.save(tmp_path / "net.safetensors", scene_hash=corner().hash)
     loaded = Asset.load(tmp_path / "net.safetensors").net
     assert isinstance(loaded, TransferNet)
@@ -141,7 +128,7 @@ def test_bounced_light_has_the_suns_in_it(dering: bool):
         ("bake {own} --colours 1,0,0", "give bounces of at least 1"),
         ("bake {own} --bounces 1 --colours '" + "1,0,0 " * 9 + "'", "9 colours: a table has 1 to 8"),
         ("bake {own} --bounces 1 --colours 1,0", "expected 3 numbers"),
-        ("bake {own} --storage volume --bounces 1", "without bounces"),
+        ("bake {own} --storage volume --bounces 1", "volume storage does not have it"),
         ("render {own} --asset {asset} --colours 1,0,0 -o {out}", "1 colours, and its table has 2"),
         ("render {own} --asset {asset} --bounces 1 -o {out}", "has its own; give one of the two"),
         ("render {own} --asset {asset} --colours '1,0,0 x' -o {out}", "--colours x"),
@@ -154,7 +141,7 @@ def test_wrong_flags_are_one_line(flags: str, text: str, tmp_path: Path):
     glsl.write_text("float sdf(vec3 p) { return length(p) - 0.7; }")
     ball = "float sdf(vec3 p) { return length(p) - 0.7; }\n"
     own.write_text(ball + "vec3 albedo(vec3 p, vec3 n) { return p.x > 0.0 ? vec3(0.8) : vec3(0.5, 0.1, 0.1); }")
-    net_with(Bounces(1, (GREY, RED))).save(asset, scene_hash=Scene.load(own).hash)
+    nets.bounced_net(Bounces(1, (GREY, RED))).save(asset, scene_hash=Scene.load(own).hash)
     names = {"glsl": glsl, "own": own, "asset": asset, "out": tmp_path / "out.exr"}
     result = CliRunner().invoke(app, shlex.split(flags.format(**names)))
     assert result.exit_code != 0

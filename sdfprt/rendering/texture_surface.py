@@ -108,7 +108,6 @@ def draw(scene: MeshScene, table: TextureTable, light: Light, shot: Shot) -> Fra
         set_environment(program, light)
     albedo, exponent, specular = mesh_surface.look_of(scene, material)
     samplers = {"transferTextures": SAMPLERS["transferTextures"], **SUNS}
-    by_lobes = ("sentScale", "sunlit", "bounced", "specular", "lobeColour", "sunDiffuse", "sunGlossy")
     values = {
         "specular": specular,
         "lobeColour": specular,
@@ -116,7 +115,7 @@ def draw(scene: MeshScene, table: TextureTable, light: Light, shot: Shot) -> Fra
         "bounced": table.bounces > 0,
         "sentScale": table.scale,
     }
-    set_uniforms(program, by_lobes, **values, **samplers)
+    set_uniforms(program, {*values, *samplers}, **values, **samplers)  # by the material's lobes
 
     def lit(target: Target, tile: Tile) -> None:
         suns = sun_textures(scene, given.suns, shot, target, tile)

@@ -49,7 +49,6 @@ KEEP = 24  # working files that stay when a bake ends
     **dict.fromkeys(("width", "layers", "points", "steps", "target_psnr", "preview", "cluster", "colours"), ("network",)),
     bounces=("network", "vertex", "texture"),
     shadowed=("vertex", "texture"),
-    sampling=("network", "vertex", "texture"),
     resolution=("texture", "volume"),
     sets=("texture",),
     density=("texture",),
@@ -118,7 +117,7 @@ def bake(
         trim_work(KEEP)
         return made
     if storage == "volume":
-        table = bake_volume(scene, bands or settings.Transfer.bands, rays, seed, resolution, fresh)
+        table = bake_volume(scene, bands or settings.Transfer.bands, rays, seed, resolution, fresh, sampling)
         trim_work(KEEP)
         return table
     check_colours(scene, bounces, colours)

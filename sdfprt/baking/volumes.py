@@ -28,6 +28,7 @@ def bake_volume(
     seed: int = 0,
     resolution: int | None = None,
     fresh: bool = False,
+    sampling: str = settings.Transfer.sampling,
 ) -> VolumeTable:
     """A grid of `resolution` points along the longest side, from the cache or made now, resuming what an earlier call left.
 
@@ -38,7 +39,8 @@ def bake_volume(
     if not POINTS[0] <= resolution <= POINTS[1]:
         raise SdfprtError(f"resolution {resolution}: a volume has {POINTS[0]} to {POINTS[1]} grid points along its longest side")
     rays = rays or settings.Volume.rays
-    key = stages.digest("volume", scene.hash, bands, rays, seed, resolution, asdict(settings.Trace()), asdict(settings.Mesh()))
+    own = bands, rays, seed, resolution, sampling
+    key = stages.digest("volume", scene.hash, *own, asdict(settings.Trace()), asdict(settings.Mesh()))
     path = cached_path(scene, 0, key)
     if not fresh and regular_file(path):
         try:
@@ -62,7 +64,7 @@ def bake_volume(
         part = points[free[first : first + _CHUNK]]
         shapes = {"V": (len(part), bands * bands)}
         found = stages.cached(
-            work / f"{first:08d}.npz", shapes, lambda part=part: {"V": visibility(scene, part, bands, rays, seed)}
+            work / f"{first:08d}.npz", shapes, lambda part=part: {"V": visibility(scene, part, bands, rays, seed, sampling)}
         )
         seen[first : first + len(part)] = found["V"]
 

@@ -4,6 +4,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
+from sdfprt.core import settings
 from sdfprt.core.progress import track
 from sdfprt.maths import sequences, sh, sphere
 from sdfprt.mesh import rays as mesh_rays
@@ -15,9 +16,20 @@ _RAYS = 1 << 20  # at once
 _LOOKS = 24  # directions that tell whether a place is inside of a mesh
 
 
-def visibility(scene: AnyScene, points: Float[ndarray, "n 3"], bands: int, rays: int, seed: int = 0) -> Float[ndarray, "n k"]:
-    """V in SH at places off the surface, k = bands**2; all of them look in the same `rays` directions, spread evenly."""
-    ways = sphere.uniform_sphere(sequences.low_discrepancy(rays, 0.5 + 0.381966 * seed)).astype(np.float32)
+def visibility(
+    scene: AnyScene,
+    points: Float[ndarray, "n 3"],
+    bands: int,
+    rays: int,
+    seed: int = 0,
+    sampling: str = settings.Transfer.sampling,
+) -> Float[ndarray, "n k"]:
+    """V in SH at places off the surface, k = bands**2; all of them look in the same `rays` directions, spread evenly.
+
+    `sampling`, of maths.sequences.SAMPLINGS, chooses them.
+    """
+    square = (sequences.points(rays, sampling, seed) + 0.381966 * seed) % 1.0  # another seed shifts the sequence too
+    ways = sphere.uniform_sphere(square).astype(np.float32)
     basis = (sh.basis(ways, bands) * (4 * np.pi / rays)).astype(np.float32)
     found = np.empty((len(points), bands * bands), np.float32)
     step = max(_RAYS // rays, 1)

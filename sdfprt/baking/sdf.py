@@ -11,7 +11,7 @@ from sdfprt.baking import search, stages
 from sdfprt.baking.asset import Asset, cached_path, find_asset
 from sdfprt.baking.bounces import check_colours, depends, with_bounces
 from sdfprt.baking.search import Fitted
-from sdfprt.baking.stages import Part, Samples, Size
+from sdfprt.baking.stages import Samples, Size, Span
 from sdfprt.baking.storages import belonging_to
 from sdfprt.baking.tables import bake_vertices
 from sdfprt.baking.textures import TEXELS, bake_textures
@@ -193,16 +193,16 @@ def _samples(
     """The name of what was traced, samples to train on, and samples for validation, with more rays and by the field alone."""
     work, held = cache_folder() / WORK, settings.Fit.held_out
     rounded = points * rays > settings.Lattice.few and not isinstance(scene, MeshScene)
-    parts = Part(0, points, rays, rounded, sampling), Part(points, points + held, settings.Fit.held_out_rays, False)
+    spans = Span(0, points, rays, rounded, sampling), Span(points, points + held, settings.Fit.held_out_rays, False)
     key = stages.digest(scene.hash, points, held, seed, resolution, asdict(settings.Surface()))
     by = [asdict(settings.Trace()), asdict(settings.Lattice()), *stages.marked(sampling)]
     traced = work / f"transfer-{stages.digest(key, bands, rays, *by)}"
     with workers.connect(cluster) if cluster else nullcontext() as client:  # first, since it may not be there
         drawn = stages.surface(scene, work / f"surface-{key}.npz", points + held, held, seed, resolution)
         if client is not None:
-            for part in parts:
-                stages.trace_ahead(client, scene, drawn, part, traced, bands, seed)
-    train, validation = (stages.samples(scene, drawn, part, traced, bands, seed) for part in parts)
+            for span in spans:
+                stages.trace_ahead(client, scene, drawn, span, traced, bands, seed)
+    train, validation = (stages.samples(scene, drawn, span, traced, bands, seed) for span in spans)
     if not (train[2].any() and validation[2].any()):
         raise SdfprtError(
             f"{scene.file}: no point of the surface sees anything: is the sign of the SDF turned round, negative outside? "

@@ -46,7 +46,7 @@ class Size(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Part:
+class Span:
     """Surface samples start … stop - 1, which are traced alike: `rays` a point, by the lattice if `rounded`, by one `sampling`."""
 
     start: int
@@ -116,15 +116,15 @@ def spread(
     return drawn.points, drawn.normals
 
 
-def samples(scene: AnyScene, drawn: Arrays, part: Part, folder: Path, bands: int, seed: int) -> Samples:
-    """Points, normals and transfer of a part of the surface, a file a chunk; numbers run through, so chunks join."""
-    points, normals = (drawn[name][part.start : part.stop] for name in ("points", "normals"))
+def samples(scene: AnyScene, drawn: Arrays, span: Span, folder: Path, bands: int, seed: int) -> Samples:
+    """Points, normals and transfer of a span of samples, a file a chunk; numbers run through, so chunks join."""
+    points, normals = (drawn[name][span.start : span.stop] for name in ("points", "normals"))
 
     def trace(chunk: slice) -> ndarray:
-        same = bands, part.rays, seed, part.start + chunk.start, part.rounded, part.sampling
+        same = bands, span.rays, seed, span.start + chunk.start, span.rounded, span.sampling
         return workers.transfer(scene, points[chunk], normals[chunk], *same)
 
-    return points, normals, by_files("transfer", folder, part.start, len(points), bands * bands, trace)
+    return points, normals, by_files("transfer", folder, span.start, len(points), bands * bands, trace)
 
 
 def by_files(label: str, folder: Path, start: int, count: int, columns: int, make: Callable[[slice], ndarray]) -> ndarray:
@@ -140,14 +140,14 @@ def by_files(label: str, folder: Path, start: int, count: int, columns: int, mak
     return whole
 
 
-def trace_ahead(client: Any, scene: AnyScene, drawn: Arrays, part: Part, folder: Path, bands: int, seed: int) -> None:
+def trace_ahead(client: Any, scene: AnyScene, drawn: Arrays, span: Span, folder: Path, bands: int, seed: int) -> None:
     """The files that `samples` looks for, by the workers of a cluster: a file's points in tasks of workers.POINTS at most."""
     # The tasks of the files that are not there yet
     tasks: list[tuple[Path, slice]] = []
     left: dict[Path, int] = {}
     shapes: dict[Path, dict[str, tuple[int, int]]] = {}
-    for first in range(part.start, part.stop, CHUNK):
-        path, stop = folder / f"{first:08d}.npz", min(first + CHUNK, part.stop)
+    for first in range(span.start, span.stop, CHUNK):
+        path, stop = folder / f"{first:08d}.npz", min(first + CHUNK, span.stop)
         shapes[path] = {"T": (stop - first, bands * bands)}
         if stored(path, shapes[path]) is None:
             cuts = [slice(at, min(at + workers.POINTS, stop)) for at in range(first, stop, workers.POINTS)]
@@ -160,7 +160,7 @@ def trace_ahead(client: Any, scene: AnyScene, drawn: Arrays, part: Part, folder:
         _ = scene.native  # translated once, here
     sent = workers.shared(client, scene) if tasks else None  # a mesh, and the tree that a worker builds for it, serve all tasks
     arguments = (
-        (sent, drawn["points"][cut], drawn["normals"][cut], bands, part.rays, seed, cut.start, part.rounded, part.sampling)
+        (sent, drawn["points"][cut], drawn["normals"][cut], bands, span.rays, seed, cut.start, span.rounded, span.sampling)
         for _, cut in tasks
     )
     with track("transfer", len(tasks)) as advance:

@@ -8,7 +8,7 @@ from numpy import ndarray
 
 from sdfprt.baking import stages
 from sdfprt.baking.asset import cached_path
-from sdfprt.baking.stages import Part
+from sdfprt.baking.stages import Span
 from sdfprt.core import settings
 from sdfprt.core.cache import WORK, cache_folder, regular_file
 from sdfprt.core.errors import SdfprtError
@@ -62,7 +62,7 @@ def bake_vertices(
         key = stages.digest("vertices", scene.hash, bands, rays, seed, asdict(settings.Mesh()), *by)
         work = cache_folder() / WORK / f"transfer-{key}"
         drawn = {"points": points, "normals": normals}
-        _, _, direct = stages.samples(scene, drawn, Part(0, count, rays, False, sampling), work, bands, seed)
+        _, _, direct = stages.samples(scene, drawn, Span(0, count, rays, False, sampling), work, bands, seed)
     else:
         direct = unshadowed(normals, bands).astype(np.float32)
     transfer = direct[:, None]

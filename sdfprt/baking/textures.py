@@ -10,7 +10,7 @@ from scipy.ndimage import distance_transform_edt
 
 from sdfprt.baking import stages
 from sdfprt.baking.asset import cached_path
-from sdfprt.baking.stages import Part
+from sdfprt.baking.stages import Span
 from sdfprt.core import settings
 from sdfprt.core.cache import WORK, cache_folder, regular_file
 from sdfprt.core.errors import SdfprtError
@@ -111,7 +111,7 @@ def bake_textures(
     if shadowed:
         folder = work / f"transfer-{stages.digest(scene.hash, key, rays)}"
         drawn = {"points": points, "normals": normals}
-        transfer = stages.samples(scene, drawn, Part(0, len(points), rays, False, sampling), folder, bands, seed)[2]
+        transfer = stages.samples(scene, drawn, Span(0, len(points), rays, False, sampling), folder, bands, seed)[2]
     else:
         transfer = unshadowed(normals, bands)
 

@@ -58,7 +58,7 @@ def polygon(points: Sequence[Vector2] | np.ndarray) -> Shape2:
             "}",
         ]
     text = "\n".join(lines)
-    return Shape2(lambda w, p: f"{w.once('polygon', text)}({p})", (corners.min(axis=0), corners.max(axis=0)))
+    return Shape2(lambda w, p: f"{w.named_function('polygon', text)}({p})", (corners.min(axis=0), corners.max(axis=0)))
 
 
 _WRITTEN_OUT = 16  # edges, up to which each is a line of its own
@@ -99,7 +99,7 @@ def _wheel(count: int, chain: Sequence[tuple[float, float]], up: bool = True) ->
         lines.append(f"    if (q.y * {number(a[0])} >= q.x * {number(a[1])}) side = {_across(a, b)};")
     lines += ["    return sign(side) * sqrt(d);", "}"]
     text, reach = "\n".join(lines), float(np.linalg.norm(corners, axis=1).max())
-    return Shape2(lambda w, p: f"{w.once('wheel', text)}({p})", (np.full(2, -reach), np.full(2, reach)))
+    return Shape2(lambda w, p: f"{w.named_function('wheel', text)}({p})", (np.full(2, -reach), np.full(2, reach)))
 
 
 def regular_polygon(sides: int = 6, radius: float = 0.5) -> Shape2:

@@ -78,7 +78,7 @@ class Writer:
     snippets: dict[str, None] = field(default_factory=dict)
     functions: list[str] = field(default_factory=list)
     body: list[str] = field(default_factory=list)
-    named: dict[str, str] = field(default_factory=dict)  # of the functions that `once` wrote
+    named: dict[str, str] = field(default_factory=dict)  # of the functions that `named_function` wrote
     names: int = 0
 
     def let(self, kind: str, expression: str) -> str:
@@ -98,7 +98,7 @@ class Writer:
         self.body = outer
         return name
 
-    def once(self, stem: str, text: str) -> str:
+    def named_function(self, stem: str, text: str) -> str:
         """The name, for NAME in it, under which a function of this text stands; written at its first use."""
         if text not in self.named:
             self.names += 1

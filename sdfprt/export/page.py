@@ -115,7 +115,7 @@ def export_html(
         "size": size,
         "vertex": VERSION + piece("vertex"),
         "fragment": {str(lobes): text for lobes, text in variants.items()},
-        "uniforms": scene_uniforms(scene) | shadow_uniforms(scene) | network_uniforms(net) | {"samples": samples, "once": 1},
+        "uniforms": scene_uniforms(scene) | shadow_uniforms(scene) | network_uniforms(net) | {"samples": samples, "keepLoops": 1},
         "exact": lighting.exact,
         "levels": _LEVELS if scene.has_exponent else 1,
         "camera": {"eye": camera.eye, "target": camera.target, "up": camera.up, "fov": camera.fov},
@@ -207,7 +207,7 @@ def export_shadertoy(
         [
             f"// {scene.name}: signed distance field with learnt transfer, {len(net.weights)} layers of {len(net.weights[0][1])} "
             "neurons. Written by sdfprt export --shadertoy.",
-            "#define once (1 + min(iFrame, 0))  // keeps loops loops",
+            "#define keepLoops (1 + min(iFrame, 0))  // keeps loops loops",
             "#define PACKED_WEIGHTS",
             *flags(scene),
             defines(net, variant),

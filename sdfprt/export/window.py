@@ -169,7 +169,7 @@ class Painter:
             raise SdfprtError(f"{self.scene.file}: the OpenGL driver does not take the shader: {error}") from None
         textures = scene_samplers(list(self.scene.texels))
         fixed = {**scene_uniforms(self.scene), **shadow_uniforms(self.scene), **network_uniforms(self.net)}
-        set_uniforms(program, textures, samples=1, once=1, **fixed, **textures)
+        set_uniforms(program, textures, samples=1, keepLoops=1, **fixed, **textures)
         return program, self.gl.vertex_array(program, [])
 
 

@@ -375,8 +375,12 @@ def _finish(document: _Document, index: int | None) -> Finish:
     metallic = about.get("pbrMetallicRoughness", {})
     specular = about.get("extensions", {}).get("KHR_materials_pbrSpecularGlossiness", {})
     factor = metallic.get("baseColorFactor") or specular.get("diffuseFactor") or (1.0, 1.0, 1.0, 1.0)
-    albedo = tuple(np.clip(np.asarray(factor, float)[:3], 0, 1).tolist())
     roughness = metallic.get("roughnessFactor", 1 - specular["glossinessFactor"] if "glossinessFactor" in specular else 1.0)
+
+    relief = about.get("normalTexture") or {}
+    numbers = np.array([*factor[:3], roughness, relief.get("scale", 1.0)], float)
+    if numbers.shape != (5,) or not np.isfinite(numbers).all():
+        raise SdfprtError(f"{document.path}: material {name!r} has not the numbers of its colour, roughness and normal map")
 
     def texels(texture: dict, what: str) -> ndarray | None:
         try:
@@ -389,11 +393,12 @@ def _finish(document: _Document, index: int | None) -> Finish:
             )
             return None
 
-    relief = about.get("normalTexture") or {}
     if about.get("alphaMode") in ("MASK", "BLEND"):
         document.notes.append(f"{document.path.name}: material {name!r} is taken as opaque")
     base, normal_map = texels(_base_texture(about), "texture"), texels(relief, "normal map")
-    return Finish(name, albedo, base, exponent_of_roughness(float(roughness)), normal_map, float(relief.get("scale", 1.0)))
+    red, green, blue, roughness, scale = numbers.tolist()
+    albedo = tuple(min(max(each, 0.0), 1.0) for each in (red, green, blue))
+    return Finish(name, albedo, base, exponent_of_roughness(roughness), normal_map, scale)
 
 
 def _picture(document: _Document, index: int) -> ndarray:

@@ -98,7 +98,7 @@ class Programs:
         made = self._full_screen(scene.shader_source, lambda: surface_fragment(scene), SURFACE, scene.file)
         samplers = scene_samplers(list(scene.texels))
         # A field may read none of its textures, and one that is a constant needs no taps
-        set_uniforms(made.program, (*samplers, "normalStep", "once"), once=1, **scene_uniforms(scene), **samplers)
+        set_uniforms(made.program, (*samplers, "normalStep", "keepLoops"), keepLoops=1, **scene_uniforms(scene), **samplers)
         for unit, texels in zip(samplers.values(), scene.texels.values(), strict=True):
             self.textures.get(kernels.texture(texels.values), lambda t=texels: scene_texture(context(), t)).use(unit)
         return made
@@ -106,7 +106,7 @@ class Programs:
     def sunlight_program(self, scene: Scene) -> FullScreen:
         """The program of the pass of the light's discs, with what belongs to the scene set."""
         made = self._full_screen(f"suns {scene.shader_source}", lambda: sunlight_fragment(scene), SUNLIGHT, scene.file)
-        values = {**scene_uniforms(scene), **shadow_uniforms(scene), **scene_samplers(list(scene.texels)), "once": 1}
+        values = {**scene_uniforms(scene), **shadow_uniforms(scene), **scene_samplers(list(scene.texels)), "keepLoops": 1}
         names = ("surfacePoint", "surfaceDirection", "surfaceColour")
         values |= {name: SAMPLERS[name] for name in names}
         set_uniforms(made.program, values, **values)  # a piece of the march is left out
@@ -122,7 +122,7 @@ class Programs:
         program = self.lightings.get((defines(net, variant), variant, net.bands), compiled)
         self.weights.get(net.digest, lambda: network_texture(context(), net)).use(Unit.WEIGHTS)
         names = ("networkWeights", "surfacePoint", "surfaceDirection", "surfaceColour", "sunDiffuse", "sunGlossy")
-        values = {"once": 1, **network_uniforms(net), **{name: SAMPLERS[name] for name in names}}
+        values = {"keepLoops": 1, **network_uniforms(net), **{name: SAMPLERS[name] for name in names}}
         set_uniforms(program, values, **values)  # the driver drops what weights as constants and colours do not need
         return program
 

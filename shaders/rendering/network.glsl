@@ -10,7 +10,7 @@ uniform vec3 networkCenter;
 uniform float networkExtent;
 uniform vec4 networkScale[NETWORK_OUTPUTS];
 uniform float networkOpen;  // 1: what the layers give is added to the transfer of an open sky, 0: it is transfer
-uniform int once;  // 1: loops whose length the compiler cannot know stay loops, and compile in seconds
+uniform int keepLoops;  // 1: loops whose length the compiler cannot know stay loops, and compile in seconds
 #if CELLS > 1
 int networkStart;  // first texel of the network that is asked: cells.glsl chooses
 #else
@@ -69,14 +69,14 @@ void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * NETWORK_
     // two octaves fill three quads
     vec4 a[POINTS * (INPUTS > WIDTH ? INPUTS : WIDTH)], b[POINTS * (WIDTH > NETWORK_OUTPUTS ? WIDTH : NETWORK_OUTPUTS)];
     vec4 box = networkBox();
-    for (int k = 0; k < POINTS * once; k++) {
+    for (int k = 0; k < POINTS * keepLoops; k++) {
         vec3 x = (p[k] - box.xyz) / box.w;
         a[k] = vec4(x, n[k].x);
         a[POINTS + k] = vec4(n[k].yz, 0.0, 0.0);
         vec3 s = sin(3.14159265358979 * x), c = cos(3.14159265358979 * x);
         vec4 middle = vec4(0.0);
         int at = 2 * POINTS + k;
-        for (int octave = 0; octave < (POSITION_OCTAVES + NORMAL_OCTAVES) * once; octave++) {
+        for (int octave = 0; octave < (POSITION_OCTAVES + NORMAL_OCTAVES) * keepLoops; octave++) {
             if (octave == POSITION_OCTAVES) {
                 s = sin(3.14159265358979 * n[k]);
                 c = cos(3.14159265358979 * n[k]);
@@ -93,8 +93,8 @@ void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * NETWORK_
     }
 
     // Layers: b = W a + bias, back into a
-    int block = 0, bias = 4 * BLOCKS, columns = INPUTS * once;
-    for (int layer = 0; layer < LAYERS * once; layer++) {
+    int block = 0, bias = 4 * BLOCKS, columns = INPUTS * keepLoops;
+    for (int layer = 0; layer < LAYERS * keepLoops; layer++) {
         int rows = layer == LAYERS - 1 ? NETWORK_OUTPUTS : WIDTH;
         for (int row = 0; row < rows; row++) {
             vec4 sum[POINTS];
@@ -108,8 +108,8 @@ void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * NETWORK_
             for (int k = 0; k < POINTS; k++) b[POINTS * row + k] = sum[k];
         }
         bias += rows;
-        columns = WIDTH * once;
-        for (int i = 0; i < POINTS * WIDTH * once; i++) a[i] = max(b[i], 0.01 * b[i]);
+        columns = WIDTH * keepLoops;
+        for (int i = 0; i < POINTS * WIDTH * keepLoops; i++) a[i] = max(b[i], 0.01 * b[i]);
     }
     for (int row = 0; row < NETWORK_OUTPUTS; row++)
         for (int k = 0; k < POINTS; k++)

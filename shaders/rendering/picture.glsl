@@ -34,7 +34,7 @@ uniform float exposure;
 uniform bool background;
 uniform int samples;            // n x n in each pixel
 uniform int sunCount;           // discs of the light that go by rays
-uniform int once;               // 1, see network.glsl
+uniform int keepLoops;               // 1, see network.glsl
 
 // The light from direction d, or black.
 vec3 behind(vec3 d) {
@@ -100,7 +100,7 @@ vec3 encoded(vec3 radiance) {
 // The pixel whose centre is `at`, of a picture of `size` pixels.
 vec3 pixel(vec2 at, vec2 size) {
     vec3 sum = vec3(0.0);
-    for (int k = 0; k < samples * samples * once; k++) {
+    for (int k = 0; k < samples * samples * keepLoops; k++) {
         // viewRay adds gl_FragCoord: the place of sample k in the finer grid less that
         vec2 place = floor(at) * float(samples) + vec2(float(k % samples), float(k / samples)) + 0.5;
         viewport = vec4(place - gl_FragCoord.xy, size * float(samples));

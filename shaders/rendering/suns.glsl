@@ -6,7 +6,7 @@ uniform float stepFactor;
 uniform float shadowDistance;  // what counts as met, scene units
 uniform float shadowLift;      // how far off the surface rays begin
 uniform int marchSteps;
-uniform int once;              // 1, see network.glsl
+uniform int keepLoops;              // 1, see network.glsl
 uniform int sunCount;
 uniform vec4 sunDirection[MOST_SUNS];  // unit direction in the world; angular radius, negative for a disc that goes in parts
 uniform vec3 sunEnergy[MOST_SUNS];     // radiance times solid angle
@@ -64,7 +64,7 @@ void sunlight(vec3 p, vec3 n, vec3 o, float s, out vec3 diffuse, out vec3 glossy
 
     // Empty balls above the point: rays start where they leave the last of those that follow each other
     vec4 height = 2.0 * shadowLift * vec4(1.0, 4.0, 16.0, 64.0), radius = vec4(0.0);
-    for (int k = 0; k < 4 * once; k++) radius[k] = sdfprt_distance(begin + height[k] * n) * stepFactor;
+    for (int k = 0; k < 4 * keepLoops; k++) radius[k] = sdfprt_distance(begin + height[k] * n) * stepFactor;
 
     for (int k = 0; k < sunCount; k++) {
         vec3 w = sunDirection[k].xyz;
@@ -75,7 +75,7 @@ void sunlight(vec3 p, vec3 n, vec3 o, float s, out vec3 diffuse, out vec3 glossy
         // The cone of the whole disc; where something touches it, its parts, if it has any
         float tangent = tan(angle), lit = 0.0, all = 0.0;
         vec3 side = normalize(abs(w.x) < 0.7 ? cross(w, vec3(1.0, 0.0, 0.0)) : cross(w, vec3(0.0, 1.0, 0.0)));
-        for (int part = 0; part < SUN_PARTS * once; part++) {
+        for (int part = 0; part < SUN_PARTS * keepLoops; part++) {
             float turn = 0.26 + 6.28318530717959 * float(part) / float(SUN_PARTS - 1), aside = part == 0 ? 0.0 : 0.666667 * tangent;
             vec3 d = normalize(w + aside * (cos(turn) * side + sin(turn) * cross(w, side)));
             float cosine = dot(n, d);

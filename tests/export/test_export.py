@@ -218,10 +218,10 @@ def test_library_scenes_are_es_with_nothing_rewritten(name):
 
 def test_names_that_the_host_or_our_pieces_use_may_be_the_scenes_own():
     glsl = """
-        const float iTime = 1.0; vec3 eye = vec3(0.5); float once = 1.0; int samples = 3;
+        const float iTime = 1.0; vec3 eye = vec3(0.5); float keepLoops = 1.0; int samples = 3;
         float march(vec3 o, vec3 d) { return 1.0; }
         vec3 pixel(vec2 at) { return eye; }
-        float sdf(vec3 p) { return length(p - 0.2 * eye) - 0.5 * once; }
+        float sdf(vec3 p) { return length(p - 0.2 * eye) - 0.5 * keepLoops; }
         void mainImage(out vec4 c, in vec2 p) { c = vec4(pixel(p), march(eye, eye) * iTime * iResolution.x); }
     """
     plain = Scene(glsl="float sdf(vec3 p) { return length(p - 0.1) - 0.5; }")

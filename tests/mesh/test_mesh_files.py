@@ -248,11 +248,13 @@ def test_morph_targets_are_left_out_and_said(tmp_path: Path) -> None:
         ({"scenes": [{"nodes": []}, {"nodes": [0]}]}, "no triangles in its default scene"),
         ({"scene": 9}, "default scene is 9 of 1"),
         ({"asset": {"version": "1.0"}}, "version 1.0"),
+        ({"materials": [{"pbrMetallicRoughness": {"baseColorFactor": [0.5, 1]}}]}, "has not the numbers of its colour"),
         ({"nodes": [{"mesh": 0, "scale": [float("nan"), 1, 1]}]}, "NaN is no number"),
     ],
 )
 def test_gltf_faults_are_named(change: dict, said: str, tmp_path: Path) -> None:
     document, blob, _ = ball_document()
+    document["meshes"][0]["primitives"][0] |= {"material": 0} if "materials" in change else {}
     with pytest.raises(SdfprtError, match=said):
         load(glb(tmp_path / "a.glb", {**document, **change}, blob))
 

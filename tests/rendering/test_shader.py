@@ -60,7 +60,7 @@ def _transfer_by_shader(net, text: str, quads: int, points: np.ndarray, normals:
     """What main's quads give at 64 points."""
     gl = context()
     program = gl.program(vertex_shader=f"#version 430\n{pieces.piece('vertex')}", fragment_shader=text)
-    given = {**pieces.network_uniforms(net), "once": 1, "networkWeights": 1}
+    given = {**pieces.network_uniforms(net), "keepLoops": 1, "networkWeights": 1}
     set_uniforms(program, given, points=0, **given)  # weights as constants need none of them
     network_texture(gl, net).use(1)
     source = gl.texture((64, 2), 3, np.concatenate([points, normals]).tobytes(), dtype="f4")

@@ -73,7 +73,7 @@ vec3 seenRadiance() {
 #if TRANSFERS > 1
     colour = recoloured(colour);
     vec3 arriving = vec3(0.0);
-    for (int b = 1; b < TRANSFERS * once; b++) {
+    for (int b = 1; b < TRANSFERS * keepLoops; b++) {
         vec4 more[OUTPUTS];
         for (int i = 0; i < OUTPUTS; i++) more[i] = all[b * OUTPUTS + i];
         arriving += bouncedLight(b - 1, more);

@@ -25,7 +25,7 @@ uniform bool sunlit;           // whether discs of the light go by rays
 uniform sampler2D sunDiffuse;  // their sums, of the sunlight pass
 uniform sampler2D sunGlossy;
 #if TRANSFERS > 1
-uniform int once;              // 1, see network.glsl
+uniform int keepLoops;         // 1, see network.glsl
 #endif
 
 // Number of this invocation: groups stand in rows, since a driver takes 65,535 along a side.

@@ -1,7 +1,7 @@
 // Unit normal: differences at the corners of a tetrahedron, four taps; the loop keeps the distance from being inlined four times.
 float sdfprt_distance(vec3 p);
 uniform float normalStep;  // half width of the taps, scene units
-uniform int keepLoops;          // 1, see network.glsl
+uniform int keepLoops;     // 1, see network.glsl
 
 vec3 surfaceNormal(vec3 p) {
     vec3 sum = vec3(0.0);

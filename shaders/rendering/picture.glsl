@@ -34,7 +34,7 @@ uniform float exposure;
 uniform bool background;
 uniform int samples;            // n x n in each pixel
 uniform int sunCount;           // discs of the light that go by rays
-uniform int keepLoops;               // 1, see network.glsl
+uniform int keepLoops;          // 1, see network.glsl
 
 // The light from direction d, or black.
 vec3 behind(vec3 d) {

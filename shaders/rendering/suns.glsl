@@ -6,7 +6,7 @@ uniform float stepFactor;
 uniform float shadowDistance;  // what counts as met, scene units
 uniform float shadowLift;      // how far off the surface rays begin
 uniform int marchSteps;
-uniform int keepLoops;              // 1, see network.glsl
+uniform int keepLoops;         // 1, see network.glsl
 uniform int sunCount;
 uniform vec4 sunDirection[MOST_SUNS];  // unit direction in the world; angular radius, negative for a disc that goes in parts
 uniform vec3 sunEnergy[MOST_SUNS];     // radiance times solid angle

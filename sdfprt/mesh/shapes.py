@@ -1,6 +1,7 @@
 """Shapes for meshes that are written in code: surfaces of revolution, tubes, boxes, sheets and leaves, a part each."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -84,6 +85,13 @@ def leaf(root: Place, turn: float, rise: float, length: float, width: float, fin
     c, s = np.cos(turn), np.sin(turn)
     points = np.stack([length * out * s + across * half * c, length * up, length * out * c - across * half * s], -1)
     return grid(points[:, ::-1] + np.asarray(root), finish)
+
+
+def placed(part: Part, place: Place = (0, 0, 0), turn: float = 0.0, size: Place = (1, 1, 1)) -> Part:
+    """A part made larger along its axes, turned about the vertical (radians, from z towards x), moved."""
+    c, s = np.cos(turn), np.sin(turn)
+    turned = part.vertices * size @ np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
+    return replace(part, vertices=turned + np.asarray(place))
 
 
 def join(parts: Sequence[Part], name: str, **given: Any) -> MeshScene:

@@ -47,17 +47,20 @@ vec3 indirect(int first, float level, vec3 n, vec3 o, vec3 base) {
 }
 
 void main() {
-    vec2 level = textureQueryLod(transferTextures, transferAt);  // by derivatives, so before any branch
+    // The level by the shorter axis of the sample's footprint and a half of it, so that what a bilinear read spans is one sample: rims
+    // of a few texels would blur away. By derivatives, so before any branch
+    vec2 side = vec2(textureSize(transferTextures, 0).xy), across = dFdx(transferAt) * side, down = dFdy(transferAt) * side;
+    float level = max(0.0, 0.5 * log2(min(dot(across, across), dot(down, down))) - 1.0);
     int first = (gl_FrontFacing ? layersHere.x : layersHere.y) * OUTPUTS * (bounced ? 4 : 1);
     radiance = vec4(0.0, 0.0, 0.0, 1.0);
     if (!gl_FrontFacing && !twoSided) return;  // a closed body seen from inside is dark
     vec4 transfer[OUTPUTS];
-    for (int i = 0; i < OUTPUTS; i++) transfer[i] = textureLod(transferTextures, vec3(transferAt, float(first + i)), level.x);
+    for (int i = 0; i < OUTPUTS; i++) transfer[i] = textureLod(transferTextures, vec3(transferAt, float(first + i)), level);
     vec3 colour = finishAlbedo * vertexPaint;
     if (painted) colour *= textureLod(picture, vec2(pictureAt.x, 1.0 - pictureAt.y), 0.0).rgb;
     vec3 n = shadingNormal(), o = normalize(eye - worldPoint);
     radiance.rgb = shade(n, o, transfer, colour, finishExponent);
-    if (bounced) radiance.rgb += indirect(first + OUTPUTS, level.x, n, o, colour);
+    if (bounced) radiance.rgb += indirect(first + OUTPUTS, level, n, o, colour);
     ivec2 at = ivec2(gl_FragCoord.xy);
     if (sunlit) radiance.rgb += sunShade(colour, texelFetch(sunDiffuse, at, 0).rgb, texelFetch(sunGlossy, at, 0).rgb);
 }

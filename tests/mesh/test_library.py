@@ -14,7 +14,7 @@ from sdfprt.transfer.seen import see
 
 
 def test_the_library_has_meshes() -> None:
-    assert {"tea_set", "potted_plants", "room", "hall"} <= meshes().keys()
+    assert {"tea_set", "potted_plants", "bust", "dining_table", "room", "hall"} <= meshes().keys()
 
 
 @pytest.mark.parametrize("name", sorted(meshes()))

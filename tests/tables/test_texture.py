@@ -118,17 +118,20 @@ def test_objects_with_coordinates_of_their_own_get_a_texture_each() -> None:
     assert low.alpha.mean() > 0.1 and low.rgb.max() > 0
 
 
-def test_no_seam_shows_over_a_closed_smooth_surface() -> None:
+@pytest.mark.parametrize(
+    ("mesh", "resolution"), [(ball(1.0, level=4), 128), (trimesh.creation.torus(0.7, 0.28, 96, 48), 256)], ids=["ball", "ring"]
+)
+def test_no_seam_shows_over_a_closed_smooth_surface(mesh: trimesh.Trimesh, resolution: int) -> None:
     """Along the borders of charts, near and from afar, the picture is that of exact transfer."""
-    made = scene(ball(1.0, level=4))
-    table = bake(made, storage="texture", resolution=128, bands=4)
+    made = scene(mesh)
+    table = bake(made, storage="texture", resolution=resolution, bands=4)
     light = STUDIO.band_limited(4, height=32)
     chart = charts(made, Atlas(table.uvs, table.sheet))
     for distance in (3.2, 12.0):
         camera = Camera(eye=(distance * 0.6, distance * 0.5, distance * 0.62), target=(0, 0, 0))
         drawn = frame(made, table, light, Diffuse((1, 1, 1)), camera, (96, 96), gloss="sh", suns="off")
         seen = mesh_rays.seen(made, camera, (96, 96))
-        exact = unshadowed(seen.normals, 4) @ light.sh(4) / np.pi
+        exact = compute_transfer(made, seen.points, seen.normals, 4, 2048) @ light.sh(4) / np.pi
         near = np.full((98, 98), -1)
         near[1:-1, 1:-1][seen.mask] = chart[seen.faces]
         border = np.zeros((96, 96), bool)

@@ -36,7 +36,6 @@ def recurrence(bands: int) -> ndarray:
     return table
 
 
-@functools.lru_cache(maxsize=32)
 def sequence(rays: int, sampling: str = settings.Transfer.sampling, seed: int = 0) -> ndarray:
     """For each of SHIFTS shifts of u, points (u, v) in an order such that each packet of lanes covers a patch of directions: u,
     then cos(2 pi v), then sin(2 pi v) of all rays.
@@ -44,6 +43,12 @@ def sequence(rays: int, sampling: str = settings.Transfer.sampling, seed: int = 
     They are those of the R2 sequence, or, `stratified` or `random`, others for each shift and each seed. Padded to whole packets by
     u of -1, which the kernel leaves out.
     """
+    return _ordered(rays, sampling, 0 if sampling == "sequence" else seed)
+
+
+@functools.lru_cache(maxsize=16)
+def _ordered(rays: int, sampling: str, seed: int) -> ndarray:
+    """`sequence`, kept: with a seed of 0 for the R2 sequence, which has none."""
     padding = np.full((3, -rays % LANES), -1.0)
     shifted = []
     for shift in range(SHIFTS):

@@ -1,8 +1,9 @@
 """How much do directions matter? The variance of SH coefficients by random, stratified and low-discrepancy directions.
 
 Light: Monte Carlo projection of lights against their exact coefficients (Gentle Introduction to PRT, 5.2 and 6.2.5). Transfer: at
-points of a scene's surface against many more rays. Variance is the mean square error over 16 coefficients, colours or points, and
-seeds; none of the three has a bias. Writes sampling.md, sampling.json and sampling.png.
+points of a scene's surface against many more rays. A sun is found by one direction in some hundreds, or by none: there nothing
+helps but more of them, or its texels. Variance is the mean square error over 16 coefficients, colours or points, and seeds; none of
+the three has a bias. Writes sampling.md, sampling.json and sampling.png.
 """
 
 import common as bench
@@ -75,12 +76,15 @@ def main() -> None:
 def _body(rows: list[bench.Row]) -> str:
     """What the table says at 256 directions, then the table."""
     said = []
-    for kind in ("light", "transfer"):
+    for kind, what in (("light", "a light's coefficients"), ("transfer", "transfer")):
         at = [row for row in rows if row["what"].startswith(kind) and row["directions"] == 256]
-        shares = ", ".join(f"{name} {np.median([row[f'{name}, of random'] for row in at]):.3g}" for name in SAMPLINGS[1:])
-        said.append(f"Variance of {kind} at 256 directions, of that of random ones, median of {len(at)}: {shares}.")
+        strata, sequence = (np.median([row[f"{name}, of random"] for row in at]) for name in SAMPLINGS[1:])
+        said.append(
+            f"With 256 directions the variance of {what} is {strata:.2g} (stratified) and {sequence:.2g} (sequence) of that of "
+            f"random directions, median of {len(at)}."
+        )
     forms = {name: ".2e" for name in SAMPLINGS}
-    return "\n\n".join([*said, "![variance over the number of directions](sampling.png)", bench.table(rows, forms)])
+    return "\n\n".join([" ".join(said), "![variance over the number of directions](sampling.png)", bench.table(rows, forms)])
 
 
 if __name__ == "__main__":

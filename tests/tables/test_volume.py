@@ -1,6 +1,7 @@
 """Volume storage: closed forms of what a grid point sees, the three back ends, the leak through a thin wall, files and refusals."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -93,6 +94,7 @@ def test_between_grid_points_it_is_linear_and_beyond_them_the_nearest() -> None:
 def test_shader_torch_and_warp_draw_one_picture(material: Diffuse | Phong | DiffusePhong, bands: int) -> None:
     made = scene(ball(0.5, (0, 0.1, 0), 3), square(1.0, -0.5, 2))
     table, light = bake(made, storage="volume", resolution=12, rays=64, bands=bands), Light.load("sky_afternoon")
+    options: dict[str, Any]
     for options in ({}, {"suns": "off", "gloss": "sh"}):
         drawn, *others = (
             frame(made, table, light, material, size=(32, 32), backend=b, **options) for b in ("glsl", "torch", "warp")
@@ -130,7 +132,8 @@ def test_files_come_back_and_faults_are_one_line(tmp_path: Path) -> None:
     table = bake(made, storage="volume", resolution=6, rays=16)
     table.save(tmp_path / "v.safetensors")
     back = VolumeTable.load(tmp_path / "v.safetensors", made)
-    others = [bake(made, storage="volume", resolution=6, rays=16, **given) for given in ({"seed": 1}, {"sampling": "random"})]
+    changed: tuple[dict[str, Any], ...] = ({"seed": 1}, {"sampling": "random"})
+    others = [bake(made, storage="volume", resolution=6, rays=16, **given) for given in changed]
     assert len({table.digest, *(other.digest for other in others)}) == 3
     np.testing.assert_array_equal(back.visibility, table.visibility)
     assert back.digest == table.digest and back.info == table.info
@@ -142,13 +145,14 @@ def test_files_come_back_and_faults_are_one_line(tmp_path: Path) -> None:
     (tmp_path / "w.safetensors").write_bytes((tmp_path / "v.safetensors").read_bytes()[:-9])
     with pytest.raises(SdfprtError, match="not an asset of volume storage"):
         VolumeTable.load(tmp_path / "w.safetensors")
-    for given, words in (
+    wrong: dict[str, Any]
+    for wrong, words in (
         ({"bounces": 1}, "volume storage does not have it"),
         ({"shadowed": False}, "shadowed"),
         ({"resolution": 2}, "at least 4"),
         ({"resolution": 4000}, "4 to 1024"),
     ):
         with pytest.raises(SdfprtError, match=words):
-            bake(made, storage="volume", **given)
+            bake(made, storage="volume", **wrong)
     with pytest.raises(SdfprtError, match="expected an Asset or a TransferNet"):
         export_html(other, bake(other, storage="volume", resolution=6, rays=16), Light.load("studio"))

@@ -15,7 +15,7 @@ from sdfprt.core import settings
 from sdfprt.core.cache import WORK, cache_folder, regular_file
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.limits import check_memory
-from sdfprt.core.opengl import context, in_render_thread
+from sdfprt.core.opengl import limits
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import Diffuse
 from sdfprt.mesh.rays import shading_normals
@@ -200,13 +200,6 @@ def _rounded(side: float, most: int) -> int:
     """Up to a multiple of 64, so that there are mip levels, or of 16 below."""
     step = 64 if side > 128 else 16
     return int(np.clip(-(-side // step) * step, TEXELS[0], most))
-
-
-@in_render_thread
-def limits() -> tuple[int, int]:
-    """Texels along a side of a texture and layers of an array that the driver takes. Raises SdfprtError without OpenGL."""
-    info = context().info
-    return int(info["GL_MAX_TEXTURE_SIZE"]), int(info["GL_MAX_ARRAY_TEXTURE_LAYERS"])
 
 
 def _atlas(scene: MeshScene, resolution: int, sets: str, same: list) -> Atlas:

@@ -103,3 +103,10 @@ def vendor() -> str:
 def read(texture: moderngl.Texture) -> Float[ndarray, "h w 4"]:
     """Row 0 on top."""
     return np.frombuffer(texture.read(), np.float32).reshape(texture.height, texture.width, 4)
+
+
+@in_render_thread
+def limits() -> tuple[int, int]:
+    """Texels along a side of a texture and layers of an array that the driver takes. Raises SdfprtError without OpenGL."""
+    info = context().info
+    return int(info["GL_MAX_TEXTURE_SIZE"]), int(info["GL_MAX_ARRAY_TEXTURE_LAYERS"])

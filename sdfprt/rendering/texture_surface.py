@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float, Float16, Int
 from numpy import ndarray
 
 from sdfprt.core.errors import SdfprtError
-from sdfprt.core.opengl import context, in_render_thread
+from sdfprt.core.opengl import context, in_render_thread, limits
 from sdfprt.imaging.shot import Frame, Shot
 from sdfprt.light.light import Light
 from sdfprt.material import shading
@@ -36,7 +36,7 @@ class TextureBuffers:
     def __init__(self, scene: MeshScene, table: TextureTable) -> None:
         gl, side, count = context(), table.resolution, table.bands**2
         quads = -(-count // 4)
-        most, layers = int(gl.info["GL_MAX_TEXTURE_SIZE"]), int(gl.info["GL_MAX_ARRAY_TEXTURE_LAYERS"])
+        most, layers = limits()
         if side > most:
             raise SdfprtError(
                 f"{scene.file}: textures of {side} x {side} texels; this driver takes {most}: bake by --resolution {most}"

@@ -339,6 +339,48 @@ def test_a_density_gives_each_set_its_texels_a_unit() -> None:
         assert 58 < each.min() < 90 and table.resolution % 16 == 0
 
 
+def test_charts_without_area_and_triangles_beyond_the_texels_still_make_a_picture() -> None:
+    floor = square(1.0, 0.0, 4)
+    uvs = flat_uvs(floor)
+    uvs[:10] = uvs[0]
+    for made in (
+        with_uvs(floor, uvs),
+        scene(ball(1.0, level=4)),  # 5120 triangles on 256 texels
+        scene(
+            trimesh.Trimesh(
+                [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]], [[0, 1, 2], [0, 1, 3], [0, 1, 4]], process=False
+            )
+        ),
+    ):
+        table = bake(made, storage="texture", resolution=16, rays=16, bands=2)
+        assert table.info["unwrapped"] and len(table.info["notes"]) == 1
+        drawn = frame(made, table, STUDIO, size=(24, 24))
+        assert np.isfinite(drawn.rgb).all() and drawn.rgb.max() > 0.1
+
+
+def test_what_cannot_be_unwrapped_or_held_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    from sdfprt.mesh import unwrap as unwrapping
+    from sdfprt.rendering import texture_surface
+
+    made = scene(ball(0.55, level=2))
+    table = bake(made, storage="texture", resolution=32, rays=4, bands=3)
+    for driver, said in (
+        ((16, 2048), "this driver takes 16: bake by --resolution 16"),
+        ((64, 2), "this driver takes 2: use --sets one"),
+    ):
+        monkeypatch.setattr(texture_surface, "limits", lambda driver=driver: driver)
+        with pytest.raises(SdfprtError, match=said):
+            frame(made, table, STUDIO, size=(8, 8), backend="glsl")
+
+    class Refusing:
+        def add_mesh(self, *given: object) -> None:
+            raise RuntimeError("the mesh is refused")
+
+    monkeypatch.setattr(unwrapping.xatlas, "Atlas", Refusing)
+    with pytest.raises(SdfprtError, match=r"soup: xatlas cannot unwrap it \(the mesh is refused\); give it texture coordinates"):
+        bake(scene(ball(0.56, level=2)), storage="texture", resolution=32)
+
+
 def test_what_bounds_a_density_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     from sdfprt.baking import textures
 

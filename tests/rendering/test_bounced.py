@@ -55,10 +55,8 @@ def test_back_ends_draw_one_picture(material: Material, lighting: dict, own: boo
     now = {"colours": [BLUE, GREY, RED]} if own else {}
     pictures = [render(scene, net, light, material, size=SIZE, backend=name, **lighting, **now) for name in ("glsl", "torch")]
     np.testing.assert_allclose(*pictures, rtol=0, atol=2e-4 * pictures[0].max())
-    without = TransferNet(
-        [*net.weights[:-1], tuple(each[: bands**2] for each in net.weights[-1])],  # type: ignore[list-item]
-        net.scale[: bands**2], net.center, net.extent, net.position_frequencies, net.normal_frequencies, bands,
-    )  # fmt: skip
+    weights = [*net.weights[:-1], (net.weights[-1][0][: bands**2], net.weights[-1][1][: bands**2])]
+    without = replace(net, weights=weights, scale=net.scale[: bands**2], bounces=None)
     plain = render(scene, without, light, material, size=SIZE, backend="glsl", **lighting)
     assert np.abs(pictures[0] - plain).max() > (1e-3 if isinstance(material, Diffuse | DiffusePhong) else -1)
     if isinstance(material, Phong):

@@ -55,23 +55,21 @@ struct Surface : Simd {
             const F mx = 2.0f * wn * at.nx + dx, my = 2.0f * wn * at.ny + dy, mz = 2.0f * wn * at.nz + dz;
 
             // Towards the light
-            F u, v, wx, wy, wz, r[3], f[3], here, there;
-            random.pair(u, v);
-            light.sample(u, v, wx, wy, wz, r[0], r[1], r[2], there);
-            F up = at.nx * wx + at.ny * wy + at.nz * wz;
-            lobes.evaluate(up, mx * wx + my * wy + mz * wz, f, here);
+            const F normal[3] = {at.nx, at.ny, at.nz}, mirrored[3] = {mx, my, mz};
+            const Towards sun(light, lobes, random, normal, mirrored, through, live);
             Tree::Ray ray;
             F ox, oy, oz;
-            at.leave(wx, wy, wz, lift, ox, oy, oz);
-            tree.start(ray, ox, oy, oz, wx, wy, wz, 0.0f);
-            M open = tree.free(ray, live & at.leaves(wx, wy, wz) & Simd::lt(zero, up) & Simd::lt(zero, here));
-            for (int c = 0; c < 3; c++) radiance[c] += Simd::sel(open, through[c] * f[c] * r[c] / (here + there), zero);
+            at.leave(sun.x, sun.y, sun.z, lift, ox, oy, oz);
+            tree.start(ray, ox, oy, oz, sun.x, sun.y, sun.z, 0.0f);
+            M open = tree.free(ray, sun.useful & at.leaves(sun.x, sun.y, sun.z));
+            for (int c = 0; c < 3; c++) radiance[c] += Simd::sel(open, sun.gain[c], zero);
 
             // Along the lobe: light where it is free, on from what it meets
+            F u, v, wx, wy, wz, r[3], f[3], here, there;
             random.pair(u, v);
             lobes.sample(u, v, at.nx, at.ny, at.nz, mx, my, mz, wx, wy, wz);
             light.evaluate(wx, wy, wz, r[0], r[1], r[2], there);
-            up = at.nx * wx + at.ny * wy + at.nz * wz;
+            const F up = at.nx * wx + at.ny * wy + at.nz * wz;
             lobes.evaluate(up, mx * wx + my * wy + mz * wz, f, here);
             const M useful = live & at.leaves(wx, wy, wz) & Simd::lt(zero, up) & Simd::lt(Simd::splat(1e-12f), here);
             at.leave(wx, wy, wz, lift, ox, oy, oz);

@@ -260,23 +260,28 @@ struct Paths : Simd {
                 Simd::spill(rays.close + first, stage.reach(near));
                 Random random(Simd::fill(paths.state + first), Simd::fill(paths.number + first));
 
-                // The first towards the light, the second along the lobe
-                for (int which = 0; which < 2; which++) {
-                    F u, v, wx, wy, wz, r[3], f[3], here, there;
-                    random.pair(u, v);
-                    if (which == 0) light.sample(u, v, wx, wy, wz, r[0], r[1], r[2], there);
-                    else lobes.sample(u, v, nx, ny, nz, mx, my, mz, wx, wy, wz);
-                    if (which == 1) light.evaluate(wx, wy, wz, r[0], r[1], r[2], there);
-                    const F up = nx * wx + ny * wy + nz * wz;
-                    lobes.evaluate(up, mx * wx + my * wy + mz * wz, f, here);
-                    const M useful = live & Simd::lt(zero, up) & Simd::lt(Simd::splat(which == 0 ? 0.0f : 1e-12f), here);
-                    const int at = first + which * SDFPRT_PATHS;
-                    rays.begin(stage, at, wx, wy, wz, depth == 0 ? balls[g].safe(up) : zero, useful);
-                    for (int c = 0; c < 3; c++) {
-                        const F through = Simd::fill(paths.through[c] + first);
-                        Simd::spill(paths.gain[c] + at, Simd::sel(useful, through * f[c] * r[c] / (here + there), zero));
-                        if (which == 1) Simd::spill(paths.through[c] + first, Simd::sel(useful, through * f[c] / here, zero));
-                    }
+                // Towards the light
+                F through[3];
+                for (int c = 0; c < 3; c++) through[c] = Simd::fill(paths.through[c] + first);
+                const F above[3] = {nx, ny, nz}, mirrored[3] = {mx, my, mz};
+                const Towards sun(light, lobes, random, above, mirrored, through, live);
+                F up = nx * sun.x + ny * sun.y + nz * sun.z;
+                rays.begin(stage, first, sun.x, sun.y, sun.z, depth == 0 ? balls[g].safe(up) : zero, sun.useful);
+                for (int c = 0; c < 3; c++) Simd::spill(paths.gain[c] + first, sun.gain[c]);
+
+                // Along the lobe
+                F u, v, wx, wy, wz, r[3], f[3], here, there;
+                random.pair(u, v);
+                lobes.sample(u, v, nx, ny, nz, mx, my, mz, wx, wy, wz);
+                light.evaluate(wx, wy, wz, r[0], r[1], r[2], there);
+                up = nx * wx + ny * wy + nz * wz;
+                lobes.evaluate(up, mx * wx + my * wy + mz * wz, f, here);
+                const M useful = live & Simd::lt(zero, up) & Simd::lt(Simd::splat(1e-12f), here);
+                const int at = first + SDFPRT_PATHS;
+                rays.begin(stage, at, wx, wy, wz, depth == 0 ? balls[g].safe(up) : zero, useful);
+                for (int c = 0; c < 3; c++) {
+                    Simd::spill(paths.gain[c] + at, Simd::sel(useful, through[c] * f[c] * r[c] / (here + there), zero));
+                    Simd::spill(paths.through[c] + first, Simd::sel(useful, through[c] * f[c] / here, zero));
                 }
                 Simd::spill(paths.state + first, Simd::as_I(random.state));
             }

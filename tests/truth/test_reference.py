@@ -23,6 +23,8 @@ BALL = Scene(glsl="float sdf(vec3 p) { return length(p) - 0.7; }")
 HALL = Scene(glsl="float sdf(vec3 p) { return min(length(p - vec3(0.0, 0.2, 0.0)) - 0.4, p.y + 0.8); }")
 WHITE = Light(np.ones((8, 16, 3), np.float32))
 SIZE = (24, 24)
+SUN = np.full((16, 32, 3), 0.02, np.float32)  # one bright texel
+SUN[4, 9] = (90.0, 80.0, 60.0)
 SKY = Light(np.random.default_rng(3).random((16, 32, 3)).astype(np.float32) ** 8).rotated(yaw=40.0)
 
 
@@ -43,7 +45,7 @@ def hit_points(scene: Scene, camera: Camera, size: tuple[int, int], hit: np.ndar
     return origin + t[:, None] * view, -view
 
 
-@pytest.mark.parametrize("light", [WHITE, SKY], ids=["white", "noise"])
+@pytest.mark.parametrize("light", [WHITE, SKY, Light(SUN).rotated(yaw=20)], ids=["white", "noise", "sun"])
 @pytest.mark.parametrize("material", [Diffuse((1.0, 0.6, 0.2)), Phong(8.0, (0.9, 0.5, 1.0)), DiffusePhong()], ids=str)
 def test_a_convex_body_shows_the_quadrature_of_light_times_lobe(light: Light, material: Material):
     size = (48, 48)

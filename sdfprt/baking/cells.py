@@ -225,6 +225,7 @@ def fitted(
     stems: Sequence[Path],
     cluster: str | None = None,
     bounces: Bounces | None = None,
+    hidden: float = settings.Fit.hidden,
 ) -> CellNets:
     """A network for each number in `cells`; `stems` name their working files. `cluster` has its workers fit those not there yet."""
 
@@ -235,7 +236,8 @@ def fitted(
         held = tuple(values[tested] for values in validation) if tested.sum() >= settings.Cells.held_out else None
         center, extent = box_of(cells, number, overlap)
         points, normals, transfer = (values[mine] for values in train)
-        return Fit((points, normals, transfer), held, size, center, extent, steps, seed, target_psnr, bounces)  # type: ignore[arg-type]
+        own = size, center, extent, steps, seed, target_psnr, bounces, hidden
+        return Fit((points, normals, transfer), held, *own)  # type: ignore[arg-type]
 
     numbers = range(cells.networks)
     missing = [k for k in numbers if stages.fitted(stems[k]) is None]
@@ -250,4 +252,4 @@ def fitted(
         nets.append(found or stages.network(stems[k], task(k), f"cell {k + 1} of {len(numbers)}, fit k={size.width}"))
     about = {"samples": sum(net.info["samples"] for net in nets), **{key: nets[0].info[key] for key in ("batch", "seed")}}
     about |= {"steps": max(net.info["steps"] for net in nets), "cells": list(cells.owner.shape), "networks": len(nets)}
-    return CellNets(tuple(nets), cells, about | measure(CellNets(tuple(nets), cells), *validation))
+    return CellNets(tuple(nets), cells, about | measure(CellNets(tuple(nets), cells), *validation, hidden))

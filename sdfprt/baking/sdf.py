@@ -26,6 +26,7 @@ from sdfprt.material.colours import MOST
 from sdfprt.material.lobes import Colour
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.network.fit import fit_bytes
+from sdfprt.network.importance import hidden_for
 from sdfprt.network.stored import LAYERS, WIDTHS
 from sdfprt.sdf.kinds import AnyScene
 from sdfprt.transfer.compute import MAX_BANDS, MAX_RAYS
@@ -152,20 +153,21 @@ def bake(
         check_memory(f"bake: {points:,} points in {count} cells", points * (8.0 * bands**2 + 48.0))
     traced, train, validation = _samples(scene, points, rays, bands, seed, resolution, cluster, sampling)
     parted = divided.merged(divided.even(scene.bounds, divided.cut(scene.bounds, count)), *train) if count > 1 else None
+    hidden = hidden_for(scene.camera, *train)
     known = None
     if bounces:
         known, train, validation = with_bounces(scene, train, validation, bounces, colours, seed, traced)
     looks = search.views(scene, work, bands, seed) if target_psnr else []
 
     def fitted(size: Size, stop: float | None) -> Fitted:
-        key = stages.digest(traced, inside, size, steps, stop, asdict(settings.Fit()), asdict(settings.Network()))
+        key = stages.digest(traced, inside, size, steps, stop, hidden, asdict(settings.Fit()), asdict(settings.Network()))
         if parted is not None and parted.networks > 1:
             own = [key, *map(repr, (parted.low, parted.side)), parted.owner.tolist(), asdict(settings.Cells())]
             stems = [work / f"fit-{stages.digest(*own, number)}" for number in range(parted.networks)]
-            net = divided.fitted(parted, train, validation, size, steps, seed, stop, stems, cluster, known)
+            net = divided.fitted(parted, train, validation, size, steps, seed, stop, stems, cluster, known, hidden)
         else:
             x, y, z = map(float, scene.center)
-            task = stages.Fit(train, validation, size, (x, y, z), scene.extent, steps, seed, stop, known)
+            task = stages.Fit(train, validation, size, (x, y, z), scene.extent, steps, seed, stop, known, hidden)
             net = stages.network(work / f"fit-{key}", task)
         reached = {"validation_psnr": net.info["validation_psnr"]}
         return Fitted(size, net, reached | ({"view_psnr": search.view_psnr(net, looks)} if looks else {}))

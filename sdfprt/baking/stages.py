@@ -33,7 +33,7 @@ from sdfprt.sdf.surface import sample_surface
 Arrays = dict[str, ndarray]
 Samples = tuple[ndarray, ndarray, ndarray]  # points, normals, transfer
 CHUNK = 32_768  # samples whose transfer lies in one file
-_VERSION = 14  # raised when a stage computes something else, so that older caches are not read
+_VERSION = 15  # raised when a stage computes something else, so that older caches are not read
 
 
 class Size(NamedTuple):
@@ -186,6 +186,7 @@ class Fit:
     seed: int
     target_psnr: float | None
     bounces: Bounces | None = None
+    hidden: float = settings.Fit.hidden
 
 
 def fit(task: Fit, checkpoint: Path | None = None, label: str = "") -> TransferNet:
@@ -202,6 +203,7 @@ def fit(task: Fit, checkpoint: Path | None = None, label: str = "") -> TransferN
         checkpoint=checkpoint,
         label=label,
         bounces=task.bounces,
+        hidden=task.hidden,
     )
 
 

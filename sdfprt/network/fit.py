@@ -56,6 +56,7 @@ _BETAS = (0.9, 0.99)  # of Adam: the same for the mean and for the mean of squar
     rate=(1e-9, 100),
     seed=(0, None),
     target_psnr=(0, 200),
+    hidden=(0, None),
 )
 def fit_transfer(
     points: Float[ndarray, "n 3"],
@@ -78,6 +79,7 @@ def fit_transfer(
     device: str | None = None,
     label: str = "",
     bounces: Bounces | None = None,
+    hidden: float = Fit.hidden,
 ) -> TransferNet:
     """Train a network on transfer (N, bands**2) at points with unit normals (learnt transfer, Sec. 3.2).
 
@@ -88,7 +90,8 @@ def fit_transfer(
     reaches `target_psnr`. `center` and `extent` map the scene into [-1, 1]^3; default: the box of the points.
     A `batch` beyond the samples is all of them, as `info["batch"]` then says. `checkpoint` names a file that is written every few
     seconds; where it exists, training goes on from it to the result that an undisturbed run would have had. `label` names the
-    progress. Raises SdfprtError for samples that do not fit together or are not finite.
+    progress. `hidden` is the importance of samples that no far camera sees (importance.py). Raises SdfprtError for samples that do
+    not fit together or are not finite.
     """
     bands = _check(points, normals, transfer, 1 + (bounces.transfers if bounces else 0))
     check_memory(
@@ -103,7 +106,7 @@ def fit_transfer(
         aside = np.arange(len(points)) % _HELD_OUT == _HELD_OUT - 1
         validation = points[aside], normals[aside], transfer[aside]
         points, normals, transfer = points[~aside], normals[~aside], transfer[~aside]
-    seen = importance(transfer)
+    seen = importance(transfer, hidden)
     residual = bands >= OPEN_BANDS
     if residual:
         transfer = transfer - open_sky(normals, transfer.shape[1])
@@ -157,11 +160,11 @@ def fit_transfer(
                     _store(checkpoint, state, step + 1)
                     saved = time.monotonic()
             done = step + 1
-            if target_psnr and done % _LOOK == 0 and measure(network(), *validation)["validation_psnr"] >= target_psnr:
+            if target_psnr and done % _LOOK == 0 and measure(network(), *validation, hidden)["validation_psnr"] >= target_psnr:
                 break
 
     net = network()
-    about = {"samples": len(x), "steps": done, "batch": batch, "seed": seed, **measure(net, *validation)}
+    about = {"samples": len(x), "steps": done, "batch": batch, "seed": seed, **measure(net, *validation, hidden)}
     if not math.isfinite(about["validation_rmse"]):
         raise SdfprtError(f"fit_transfer: the fit diverged; lower the rate ({rate})")
     return replace(net, info=about)
@@ -172,10 +175,12 @@ def fit_bytes(outputs: int, octaves: int = Network.position_frequencies + Networ
     return 4.0 * (2 * (6 + 6 * octaves) + 4 * outputs + 24)
 
 
-def measure(net: TransferNet | CellNets, points: ndarray, normals: ndarray, transfer: ndarray) -> dict[str, float]:
+def measure(
+    net: TransferNet | CellNets, points: ndarray, normals: ndarray, transfer: ndarray, hidden: float = Fit.hidden
+) -> dict[str, float]:
     """RMSE of the network over all coefficients, and its PSNR in dB with the largest T_0 as peak; a sample counts by importance."""
     squares = ((net.predict(points, normals) - transfer) ** 2).mean(axis=1)
-    rmse = math.sqrt(float(np.average(squares, weights=importance(transfer))))
+    rmse = math.sqrt(float(np.average(squares, weights=importance(transfer, hidden))))
     return {"validation_rmse": rmse, "validation_psnr": 20 * math.log10(float(transfer[:, 0].max()) / max(rmse, 1e-12))}
 
 

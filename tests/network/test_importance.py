@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from sdfprt.core.settings import Fit
+from sdfprt.imaging.camera import Camera
 from sdfprt.maths import sphere
 from sdfprt.network import fit
-from sdfprt.network.importance import coefficient_weights, importance
+from sdfprt.network.importance import coefficient_weights, hidden_for, importance
 from sdfprt.transfer.compute import unshadowed
 
 
@@ -51,3 +52,30 @@ def test_coefficients_of_a_degree_weigh_alike_and_higher_ones_no_more(bands):
     by_degree = [weights[degree**2 : (degree + 1) ** 2] for degree in range(bands)]
     assert all(np.ptp(each) == 0 for each in by_degree)
     assert all(a[0] >= b[0] for a, b in pairwise(by_degree))
+
+
+def _room(seed: int = 0):
+    """Samples within a box whose insides see little, and of its outside; transfer as if they saw that much of an open sky."""
+    random = np.random.default_rng(seed)
+    points, axis = random.uniform(-1, 1, (20_000, 3)), random.integers(3, size=20_000)
+    side, inner = random.choice([-1.0, 1.0], 20_000), random.uniform(size=20_000) < 0.5
+    points[np.arange(20_000), axis] = side * np.where(inner, 1.0, 1.1)
+    normals = np.zeros((20_000, 3))
+    normals[np.arange(20_000), axis] = side * np.where(inner, -1, 1)
+    transfer = unshadowed(normals, 4) * np.where(inner, 0.02, 1.0)[:, None]
+    return points.astype(np.float32), normals.astype(np.float32), transfer.astype(np.float32), inner
+
+
+def test_a_camera_in_a_room_keeps_the_room_from_being_hidden():
+    points, normals, transfer, inner = _room()
+    outside, within = (
+        hidden_for(Camera(eye=eye, target=(0, 0, 0)), points, normals, transfer) for eye in ((3, 2, 4), (0.6, 0, 0.7))
+    )
+    assert outside == Fit.hidden
+    assert importance(transfer, outside)[inner].mean() < 0.2
+    assert importance(transfer, within)[inner].mean() == pytest.approx(Fit.own_view, abs=0.02)
+
+
+def test_a_camera_that_sees_no_sample_changes_nothing():
+    points, normals, transfer, _ = _room()
+    assert hidden_for(Camera(eye=(3, 2, 4), target=(6, 4, 8)), points, normals, transfer) == Fit.hidden

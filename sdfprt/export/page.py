@@ -177,8 +177,7 @@ def export_shadertoy(
     rest = rest if len(discs) else light
     coefficients = rest.sh_dered(bands)[0] if dering else rest.sh(bands)
     variant = Variant(lobes_of(material), bands, bands)
-    whole = light.sh_dered(bands)[0] if dering else light.sh(bands)
-    bounces = bounced(net.bounces, scene.has_albedo, material, whole)
+    bounces = bounced(net.bounces, scene.has_albedo, material, light.sh(bands))
     values: dict[str, Any] = (
         scene_uniforms(scene)
         | shadow_uniforms(scene)
@@ -187,7 +186,7 @@ def export_shadertoy(
         | picture_uniforms(material)
         | {
             "diffuseLight": light_vector(coefficients, net.bands),
-            "skyCoefficients": whole,
+            "skyCoefficients": light.sh_dered(bands)[0] if dering else light.sh(bands),
             **bounced_uniforms(bounces, net.bands),
             **sun_uniforms(discs),
             "exposure": exposure,

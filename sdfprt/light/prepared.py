@@ -42,7 +42,7 @@ def prepare(light: Light, lighting: Lighting, material: Material, bands: int, va
         rest = light
     of_light = lighting.light_bands or bands
     coefficients, strength = rest.sh_dered(of_light) if lighting.dering else (rest.sh(of_light), 0.0)
-    whole = coefficients if rest is light else light.sh_dered(of_light)[0] if lighting.dering else light.sh(of_light)
+    whole = light.sh(of_light)  # never windowed: what bounces is smooth enough
     exact = _exact(rest, material, bands, varying) if lighting.exact else None
     environment = Environment(light.pixels, light.rotation) if reflects(material) else None
     return PreparedLight(suns, coefficients, strength, exact, whole, environment)

@@ -67,12 +67,6 @@ _LEVELS = 9  # exponents 1, 2, 4 … of a page whose scene gives the exponent
 _TOY_BANDS = 8  # of light and of what is reflected, in Shadertoy
 
 
-def refuse_reflection(material: Material, where: str) -> None:
-    """Raises SdfprtError for a material with reflection mapping, which `render` and `reference` have."""
-    if reflects(material):
-        raise SdfprtError(f"material {material_name(material)}: {where} has no reflection mapping; give phong:S or diffuse+phong:S")
-
-
 @checked(yaw=(-1e6, 1e6), size=SIZES, samples=SAMPLES, exposure=(1e-6, 1e6))
 def export_html(
     scene: Scene,
@@ -99,9 +93,8 @@ def export_html(
     net = one_network_of(asset, scene, "a page")
     shot = compose(scene, material, camera, size, samples, background, dering=dering, suns=suns, gloss=gloss)
     material, camera, lighting = shot.material, shot.camera, shot.lighting
-    refuse_reflection(material, "a page")
     source, variants = es_source(scene), {}
-    for lobes in (1, 2, 3):
+    for lobes in (1, 2, 3, 4, 5):
         variants[lobes] = page_fragment(scene, net, Variant(lobes, net.bands, net.bands, exact=lighting.exact), source=source)
     check_es(variants[3], scene.file)
     chosen = [light] + [Light.load(name) for name in lights() if name != light.name]
@@ -171,7 +164,8 @@ def export_shadertoy(
         raise SdfprtError(f"{scene.file}: reads the texture {names}, and Shadertoy takes none of ours; --html does")
     net = one_network_of(asset, scene, "Shadertoy")
     material, camera = material or scene.material, camera or scene.camera
-    refuse_reflection(material, "Shadertoy")
+    if reflects(material):
+        raise SdfprtError(f"material {material_name(material)}: Shadertoy has no picture of the light to reflect; --html does")
     bands = net.bands if gloss == "sh" else _TOY_BANDS
     discs, rest = light.without_suns(Lighting(suns=suns).most_suns)
     rest = rest if len(discs) else light
@@ -227,7 +221,7 @@ def export_shadertoy(
 def page_fragment(scene: Scene, net: TransferNet, variant: Variant, version: str = VERSION, source: str = "") -> str:
     """The page's only pass, with what uniforms cannot say; `source` stands for the scene's own text."""
     source = source or scene.shader_source
-    pieces = join(("latlong", *PIECES, "page")).replace("uniform vec4 viewport;", "vec4 viewport;")
+    pieces = join(("latlong", *PIECES, "reflection", "page")).replace("uniform vec4 viewport;", "vec4 viewport;")
     ours = "\n".join([version, "#define ENVIRONMENT_MAP", *flags(scene), defines(net, variant), pieces])
     return "\n".join([ours, renamed(ours, source), "#line 1", source])
 

@@ -13,7 +13,7 @@ import numpy as np
 from sdfprt.baking.asset import Asset
 from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
-from sdfprt.export.page import page_fragment, refuse_reflection
+from sdfprt.export.page import page_fragment
 from sdfprt.imaging.camera import Camera
 from sdfprt.imaging.shot import Lighting
 from sdfprt.light.light import Light, lights
@@ -95,9 +95,9 @@ class Look:
 
 
 def _next(material: Material) -> Material:
-    """Diffuse, Phong, their sum, and again; colours and exponent are kept where the next one has them."""
+    """Diffuse, Phong, their sum, and again, from others to diffuse; colours and exponent are kept where the next has them."""
     kinds = (Diffuse, Phong, DiffusePhong)
-    kind = kinds[(kinds.index(type(material)) + 1) % 3]
+    kind = kinds[(kinds.index(type(material)) + 1) % 3 if type(material) in kinds else 0]
     return kind(**{name: value for name, value in parts(material).items() if name in kind.__dataclass_fields__})
 
 
@@ -139,7 +139,8 @@ class Painter:
         set_uniforms(program, bounces, **bounces)  # by the material's lobes
         set_uniforms(
             program,
-            ("baseColour", "baseExponent", "specular"),  # by the material's lobes, and where the scene gives its own
+            # By the material's lobes, and where the scene gives its own
+            ("baseColour", "baseExponent", "specular", "networkWeights", "sunCount", "sunDirection", "sunEnergy"),
             **picture_uniforms(look.material),
             **sun_uniforms(lit.suns),
             eye=look.camera.eye,
@@ -169,7 +170,7 @@ class Painter:
             raise SdfprtError(f"{self.scene.file}: the OpenGL driver does not take the shader: {error}") from None
         textures = scene_samplers(list(self.scene.texels))
         fixed = {**scene_uniforms(self.scene), **shadow_uniforms(self.scene), **network_uniforms(self.net)}
-        set_uniforms(program, textures, samples=1, keepLoops=1, **fixed, **textures)
+        set_uniforms(program, {**fixed, **textures}, samples=1, keepLoops=1, **fixed, **textures)
         return program, self.gl.vertex_array(program, [])
 
 
@@ -190,7 +191,6 @@ def view(
     Raises SdfprtError without a display, without the `glfw` package and without OpenGL 4.3.
     """
     lighting = Lighting(suns=suns, gloss=gloss)
-    refuse_reflection(material or scene.material, "the window")
     glfw = need_display(scene)
     choices = [light, *(Light.load(name) for name in lights() if name != light.name)]
     start = Look(camera or scene.camera, material or scene.material, 0, yaw, exposure)

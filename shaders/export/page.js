@@ -68,7 +68,7 @@ function glossyLight(L) {
 function bounced(light) {
     const known = scene.bounces;
     if (!known) return {};
-    const before = scene.owns.albedo ? known.colours : [], diffuse = state.lobes !== 2;
+    const before = scene.owns.albedo ? known.colours : [], diffuse = (state.lobes & 1) !== 0;
     const now = scene.owns.albedo ? known.colours : known.colours.map(() => state.albedo);
     const weights = now.map((colour) => [...colour]);
     if (known.deeper) {
@@ -286,7 +286,7 @@ function draw() {
     const discs = light.suns.sunDirection.map(([...way]) =>
         [0, 1, 2].map((i) => toMap[i][0] * way[0] + toMap[i][1] * way[1] + toMap[i][2] * way[2]).concat(way[3]));
     if (scene.exact) {
-        if (state.lobes !== 1) useGloss(state.light, state.exponent);
+        if (state.lobes & 2) useGloss(state.light, state.exponent);
         gl.activeTexture(gl.TEXTURE0 + scene.units.open);
         gl.bindTexture(gl.TEXTURE_2D, opens[state.light]);
         give(now, { toLight: toMap, turnTransfer: turnTransfer(light, state.yaw) });
@@ -365,9 +365,9 @@ function labels() {
     at("yawText").textContent = state.yaw + "°";
     at("exponentText").textContent = state.exponent.toPrecision(3);
     at("exposureText").textContent = state.exposure.toPrecision(3);
-    at("albedoLabel").style.display = state.lobes === 2 || scene.owns.albedo ? "none" : "";
+    at("albedoLabel").style.display = !(state.lobes & 1) || scene.owns.albedo ? "none" : "";
     at("specularLabel").style.display = state.lobes === 1 ? "none" : "";
-    at("exponentLabel").style.display = state.lobes === 1 || scene.owns.exponent ? "none" : "";
+    at("exponentLabel").style.display = !(state.lobes & 2) || scene.owns.exponent ? "none" : "";
 }
 
 function bind(id, show, read) {

@@ -9,7 +9,7 @@ import nets
 import numpy as np
 import pytest
 
-from sdfprt import Camera, DiffusePhong, GlslError, Light, Phong, Scene, SdfprtError
+from sdfprt import Camera, DiffusePhong, DiffuseReflection, GlslError, Light, Phong, Scene, SdfprtError
 from sdfprt.core.opengl import context, in_render_thread
 from sdfprt.export import page
 from sdfprt.export.page import export_html, export_shadertoy
@@ -89,6 +89,12 @@ def test_the_page_shows_what_render_draws_and_its_controls_do_what_flags_do(brow
     page.uncheck("#background")
     turned = Light.load("studio").rotated(yaw=-70)
     assert _psnr(_canvas(page), _drawn(turned, Phong(16.0, (0.4, 0.5, 0.6)), 2.0, background=False, samples=2)) > 45
+
+    # Reflection mapping, by the same map that is behind the scene
+    page.select_option("#lobes", "5")
+    both = DiffuseReflection((0.7, 0.5, 0.3), (0.4, 0.5, 0.6))
+    assert _psnr(_canvas(page), _drawn(turned, both, 2.0, background=False, samples=2)) > 45
+    page.select_option("#lobes", "2")
 
     # The mouse: 50 pixels are half a radian about +y
     before = _canvas(page)

@@ -17,12 +17,13 @@ from sdfprt.core.opengl import context, in_render_thread
 from sdfprt.export.window import Look, Painter, view
 from sdfprt.imaging import tone
 from sdfprt.material.colours import Bounces
-from sdfprt.material.lobes import Diffuse
+from sdfprt.material.lobes import Diffuse, DiffuseReflection, Reflection
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering.backends import frame
 
 SCENE, NET, SIZE = nets.scene(), nets.random_net(), (72, 56)
 LOOK = Look(Camera((2.0, 1.0, 3.0), (0.2, 0.1, 0.0)), DiffusePhong((0.7, 0.5, 0.3), 9.0, (0.4, 0.5, 0.6)))
+REFLECTIONS = Reflection((0.8, 0.5, 0.3)), DiffuseReflection((0.2, 0.5, 0.4), (0.3, 0.3, 0.2))
 
 
 def _offset(look: Look) -> np.ndarray:
@@ -69,6 +70,7 @@ def test_keys_change_what_they_say_and_nothing_else():
     once = LOOK.pressed("m", 3)
     assert once.material == Diffuse((0.7, 0.5, 0.3))
     assert [type(once.pressed("m", 3).material), type(once.pressed("m", 3).pressed("m", 3).material)] == [Phong, DiffusePhong]
+    assert replace(LOOK, material=REFLECTIONS[1]).pressed("]", 3).pressed("m", 3).material == Diffuse((0.2, 0.5, 0.4))
     shinier = LOOK.pressed("]", 3).pressed("]", 3).material
     assert isinstance(shinier, DiffusePhong) and shinier.exponent == pytest.approx(18.0)
     assert shinier.albedo == (0.7, 0.5, 0.3)
@@ -83,7 +85,7 @@ def _painted(scene: Scene, look: Look, choices: list[Light], net: TransferNet = 
     return np.frombuffer(target.read(components=3, dtype="f4"), np.float32).reshape(SIZE[1], SIZE[0], 3)[::-1]
 
 
-@pytest.mark.parametrize("material", [LOOK.material, Diffuse((0.7, 0.5, 0.3)), Phong(12.0)], ids=str)
+@pytest.mark.parametrize("material", [LOOK.material, Diffuse((0.7, 0.5, 0.3)), Phong(12.0), *REFLECTIONS], ids=str)
 def test_the_window_shows_what_render_draws(material):
     choices = [Light.load("studio"), Light.load("sky_noon")]
     look = replace(LOOK, material=material, light=1, yaw=25.0, exposure=0.7)

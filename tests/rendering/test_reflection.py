@@ -14,8 +14,7 @@ from sdfprt.baking.asset import Asset
 from sdfprt.baking.sdf import bake
 from sdfprt.cli.main import app
 from sdfprt.core.errors import SdfprtError
-from sdfprt.export.page import export_html, export_shadertoy
-from sdfprt.export.window import view
+from sdfprt.export.page import export_shadertoy
 from sdfprt.imaging import image
 from sdfprt.imaging.camera import Camera
 from sdfprt.imaging.shot import compose
@@ -131,7 +130,9 @@ def test_the_suns_are_in_it():
 
 
 def test_names_defaults_and_excess():
-    assert parse("reflection") == Reflection((1.0, 1.0, 1.0)) and parse("Diffuse + reflection").specular == (0.5, 0.5, 0.5)
+    assert parse("reflection") == Reflection((1.0, 1.0, 1.0)) and parse("Diffuse + reflection") == DiffuseReflection(
+        specular=(0.5, 0.5, 0.5)
+    )
     assert parse("diffuse+reflection", (0.2, 0.4, 1.0), (0.1, 0.1, 0.1)) == DiffuseReflection((0.2, 0.4, 1.0), (0.1, 0.1, 0.1))
     assert DiffuseReflection((0.2, 0.4, 1.5)).specular == (0.8, 0.6, 0.0)
     for material in (Reflection(), DiffuseReflection((0.3, 0.3, 0.3))):
@@ -142,11 +143,9 @@ def test_names_defaults_and_excess():
         parse("phong+reflection")
 
 
-def test_what_has_no_reflection_mapping_says_so():
-    asset = Asset(nets.random_net(), BALL.hash)
-    for draw, where in ((export_html, "a page"), (export_shadertoy, "Shadertoy"), (view, "the window")):
-        with pytest.raises(SdfprtError, match=f"material diffuse\\+reflection: {where} has no reflection mapping"):
-            draw(BALL, asset, SKY, material=DiffuseReflection())
+def test_shadertoy_which_has_no_picture_of_the_light_says_so():
+    with pytest.raises(SdfprtError, match=r"material diffuse\+reflection: Shadertoy has no picture of the light to reflect"):
+        export_shadertoy(BALL, Asset(nets.random_net(), BALL.hash), SKY, material=DiffuseReflection())
 
 
 def test_the_command_line_draws_it(tmp_path: Path):

@@ -1,20 +1,27 @@
 // Sums over the discs that were taken out of a light, at many surface points: item k does lanes k*LANES …
 // Twin of shaders/rendering/suns.glsl, with the same constants and the same steps; what they mean is told there.
-// `rows`: point, normal, unit direction to the eye, exponent; `suns`: direction, angular radius (negative: in parts), energy. `out`: the sums for a
+// `rows`: point, normal, unit direction to the eye, exponent; `suns`: direction, angular radius, energy. `out`: the sums for a
 // white diffuse surface, then for a white lobe.
 struct Suns : Simd {
-    // Parts of a disc; radius of the one cone of a disc without; share below which all is dark; depth of the look behind a hit
-    enum { PARTS = 7, BALLS = 4 };
-    static CUDA_CALLABLE float one() { return 0.6f; }
-    static CUDA_CALLABLE float dark() { return 0.02f; }
+    // Parts of a disc; share below which all is dark; depth of the look behind a hit; radius of the ring, of a part's cone; what is missing
+    enum { PARTS = 6, BALLS = 4 };
+    static CUDA_CALLABLE float dark() { return 0.08f; }
     static CUDA_CALLABLE float probe() { return 3.0f; }
+    static CUDA_CALLABLE float aside() { return 0.667f; }
+    static CUDA_CALLABLE float part() { return 0.3f; }
+    static CUDA_CALLABLE float bias() { return 0.6f; }
 
-    static CUDA_CALLABLE F cone_free(const F* o, const F* d, F begin, F tangent, const float* box, float most_near, float step, int steps, M live) {
+    static CUDA_CALLABLE float narrow() { return 0.06f; }
+
+    // `begin` and `end`: the part of the ray that is marched, and then that outside which nothing touches the cone of `tangent`
+    static CUDA_CALLABLE F cone_free(const F* o, const F* d, F& begin, F& end, float tangent, float own, M first, const float* box,
+                                     float most_near, float step, int steps, M live) {
         F enter, far;
         Tracer::clip(o[0], o[1], o[2], d[0], d[1], d[2], box, enter, far);
+        far = min(far, end);
         const F zero = splat(0.0f), one = splat(1.0f), tiny = splat(1e-20f);
-        F t = begin, free = one, near = splat(most_near), ball = zero, taken = zero;
-        M alive = live & lt(t + near, far), met = none(), deep = none(), ended = none();
+        F t = begin, free = one, near = splat(most_near), ball = zero, taken = zero, last = t;
+        M alive = live & lt(t + near, far), met = none(), deep = none(), ended = none(), whole = ones();
         for (int i = 0; i < steps && any(alive); i++) {
             const F r = Scene::distance(o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2], alive) * step;
             const M behind = alive & met;
@@ -23,10 +30,17 @@ struct Suns : Simd {
             alive = alive & ~behind;
             if (i == 0) near = sel(lt(zero, r), min(near, 0.5f * r), near);
             const F back = min(max((r * r - ball * ball + taken * taken) / (2.0f * max(taken, tiny)), zero), taken);
-            const F nearest = sqrt(max(r * r - back * back, zero)), wide = tangent * max(t - back, tiny);
+            const F nearest = sqrt(max(r * r - back * back, zero)), at = max(t - back, tiny), wide = own * at;
             const M apart = lt(ball, taken) & (lt(ball + r, taken) | lt(nearest, wide));
             free = sel(alive & ~apart, min(free, nearest / wide), free);
+            const M touches = alive & lt(nearest, tangent * at), begins = touches & whole & ~apart;
+            begin = sel(begins, max(t - taken + sqrt(max(ball * ball - tangent * tangent * at * at, zero)), begin), begin);
+            whole = whole & ~begins;
+            const M enough = begins & first;
+            ended = ended | enough;
+            alive = alive & ~enough;
             met = selm(alive, ~apart & (lt(r, near) | lt(free, splat(dark()))), met);
+            last = sel(alive & (met | touches), t + max(r, zero) + tangent * t, last);
             const F slope = sel(lt(zero, taken), min(max((r - ball) / max(taken, tiny), -one), splat(0.8f)), splat(-0.5f));
             const F ahead = sel(lt(r, 2.0f * wide), r, min(1.9f * r / (1.0f - slope), max(r, far - near - t)));
             t = sel(alive, t + sel(apart, ball - taken, sel(met, probe() * tangent * t, ahead)), t);
@@ -34,7 +48,9 @@ struct Suns : Simd {
             ball = sel(apart, ball, r);
             alive = alive & (met | lt(t, far));
         }
-        return sel(deep, -one, sel(met | alive | ended, zero, free));
+        const M stopped = met | alive | ended;
+        end = sel(stopped, end, min(end, last));
+        return sel(deep, -one, sel(stopped, zero, free));
     }
 
     // Mean of the clamped cosine over a disc whose middle is at the cosine c
@@ -65,8 +81,7 @@ struct Suns : Simd {
     }
     for (int number = 0; number < count; number++) {
         const float* sun = suns.data + 7 * number;
-        const bool alone = sun[3] > 0.0f;  // not in parts
-        const float angle = fabsf(sun[3]), tangent = tanf(angle);
+        const float angle = sun[3], tangent = tanf(angle);
         const F up = Suns::disc_cosine(n[0] * sun[0] + n[1] * sun[1] + n[2] * sun[2], sinf(angle));
         M live = Simd::lt(zero, up);
         if (!Simd::any(live)) continue;
@@ -80,15 +95,24 @@ struct Suns : Simd {
         for (int c = 0; c < 3; c++) side[c] /= length;
         const float other[3] = {y * side[2] - z * side[1], z * side[0] - x * side[2], x * side[1] - y * side[0]};
 
-        F lit = zero, all = zero;
-        for (int part = 0; part < Suns::PARTS && Simd::any(live); part++) {
-            const float turn = 0.26f + 6.28318531f * (float)part / (float)(Suns::PARTS - 1), aside = part ? 0.666667f * tangent : 0.0f;
+        const F wide = 1.0f / (1.0f + 0.25f * s * angle * angle);
+        const F near_lobe = Simd::max(m[0] * x + m[1] * y + m[2] * z, Simd::splat(1e-20f));
+        const F lobe = 0.5f * (s + 2.0f) * wide * Simd::exp2(s * wide * Simd::log2(near_lobe));
+        const F worth = up * Simd::max(one, lobe) * (0.2126f * sun[4] + 0.7152f * sun[5] + 0.0722f * sun[6]);
+        const M rough = angle < Suns::narrow() ? Simd::ones() : Simd::lt(worth, Simd::splat(fine)), little = Simd::lt(worth, Simd::splat(faint));
+
+        F lit = zero, all = zero, from = zero, to = Simd::splat(1e30f), edge = zero;
+        M single = Simd::none();  // one edge tells the share
+        for (int part = -1; part <= Suns::PARTS && Simd::any(live); part++) {
+            const float turn = 0.26f + 6.28318531f * (float)part / (float)Suns::PARTS, aside = part > 0 ? Suns::aside() * tangent : 0.0f;
             float w[3], size = 0.0f;
             for (int c = 0; c < 3; c++) w[c] = sun[c] + aside * (cosf(turn) * side[c] + sinf(turn) * other[c]), size += w[c] * w[c];
             F d[3];
             for (int c = 0; c < 3; c++) d[c] = Simd::splat(w[c] / sqrtf(size));
             const F cosine = n[0] * d[0] + n[1] * d[1] + n[2] * d[2];
-            const M faces = live & Simd::lt(zero, cosine);
+            // A rough penumbra has no middle of its own
+            const M mine = live & (part > 0 ? Simd::lt(zero, cosine) : part ? live : ~rough);
+            if (!Simd::any(mine)) continue;
             F start = zero;
             for (int k = 0; k < Suns::BALLS; k++) {
                 const F along = height[k] * cosine, inside = along * along - height[k] * height[k] + radius[k] * radius[k];
@@ -96,19 +120,29 @@ struct Suns : Simd {
                 const M empty = Simd::lt(zero, radius[k]) & Simd::le(zero, inside) & Simd::le(2.0f * along - leaves, start);
                 start = Simd::sel(empty, Simd::max(start, leaves), start);
             }
-            const F free = Suns::cone_free(o, d, start, Simd::splat(part ? tangent / 3.0f : alone ? Suns::one() * tangent : tangent), box.data, near, step, steps, faces);
-            all = Simd::sel(faces, all + cosine, all);
-            const M whole = faces & (part ? Simd::none() : Simd::le(one, free) | Simd::lt(free, zero) | Simd::mask(alone));
-            const F share = part ? free : Simd::sel(whole, free, Simd::min(3.0f * free, one));
-            lit = Simd::sel(faces, lit + cosine * Simd::max(share, zero), lit);
-            live = live & ~whole;
+            F begin = Simd::max(start, from), end = to;
+            const F free = Suns::cone_free(o, d, begin, end, tangent, part < 0 ? tangent : Suns::part() * tangent,
+                                           part < 0 ? ~rough : Simd::none(), box, near, step, steps, mine);
+            if (part < 1) from = Simd::sel(mine, begin, from), to = Simd::sel(mine, end, to);
+            const F weight = Simd::max(cosine, zero);
+            const M clear = part < 0 ? mine & Simd::le(one, free) : Simd::none();
+            const M told = part < 0 ? mine & rough & Simd::lt(zero, free) & ~clear : Simd::none();
+            single = single | told;
+            edge = Simd::sel(told, free, edge);
+            lit = Simd::sel(clear, one, lit);
+            all = Simd::sel(clear, one, all);
+            const M off = mine & (clear | told | Simd::lt(free, zero) | little);
+            const M adds = mine & ~off & (part < 0 ? rough : Simd::ones());
+            all = Simd::sel(adds, all + weight, all);
+            lit = Simd::sel(adds, lit + weight * free, lit);
+            live = live & ~off;
         }
-        const F given = Simd::sel(Simd::lt(zero, lit), up * lit / Simd::max(all, Simd::splat(1e-20f)), zero);
-        const F wide = 1.0f / (1.0f + 0.25f * s * angle * angle);
-        const F near_lobe = Simd::max(m[0] * x + m[1] * y + m[2] * z, Simd::splat(1e-20f));
-        const F lobe = (s + 2.0f) * 0.159154943f * wide * Simd::exp2(s * wide * Simd::log2(near_lobe));
+        const F mean = lit / Simd::max(all, Simd::splat(1e-20f));
+        const F share = Simd::sel(single, 0.5f + 0.318309886f * (Simd::asin(edge) + edge * Simd::sqrt(Simd::max(1.0f - edge * edge, zero))),
+                                  mean + Suns::bias() * mean * (1.0f - mean));
+        const F given = up * share * 0.318309886f;
         for (int c = 0; c < 3; c++) {
-            sum[c] += given * 0.318309886f * sun[4 + c];
+            sum[c] += given * sun[4 + c];
             sum[3 + c] += given * lobe * sun[4 + c];
         }
     }

@@ -136,9 +136,9 @@ class Suns:
     contrast: float = 8.0  # a sun is so much brighter than the mean of the rest
     least: float = 0.01  # energy of a sun, as a share of the light's: one that holds less stays in the rest
     left: float = 0.02  # energy that may stay in the rest for want of suns, as a share of all that could be suns
-    strong: float = 0.04  # energy of a sun, as a share of the light's, from which its penumbra goes in parts
-    wide: float = 0.035  # radius, radians, from which it does
     narrow: float = 0.03  # radius of a disc that is never split, radians
+    fine: float = 0.06  # share of the light's energy that a disc gives an open surface, from which its penumbra is a fine one
+    faint: float = 0.02  # the same, below which it is a faint one
     tolerance: float = 0.035  # root of a cluster's share of energy times its mean squared angle, radians, from which it is split
 
 

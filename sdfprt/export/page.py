@@ -281,7 +281,7 @@ def _light(light: Light, bands: int, lighting: Lighting) -> dict[str, Any]:
         "rotation": light.rotation,
         "size": [pixels.shape[1], pixels.shape[0]],
         "map": _packed(shared_exponent(pixels).tobytes()),
-        "suns": {name: discs[name] for name in ("sunCount", "sunDirection", "sunEnergy")},
+        "suns": {name: discs[name] for name in ("sunCount", "sunDirection", "sunEnergy", "sunRough")},
     }
     if lighting.exact:
         small = prefiltered.resized(prefiltered.shrunk(rest.pixels), _REST)

@@ -8,7 +8,7 @@ becomes several discs. Nothing is lost: discs and rest have the energy of the li
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 from numpy import ndarray
 
 from sdfprt.core import settings
@@ -22,29 +22,29 @@ _TURNS = 4  # until the mean of what is left, which the cut depends on, no longe
 class Suns:
     """Discs: unit `directions` (K, 3) in the map's frame, angular `radii` (K,) in radians, and `energy` (K, 3).
 
-    `energy` is radiance times solid angle: what a surface across the direction gets. `strong` (K,) tells the discs whose penumbra
-    is worth a ray to each of its parts.
+    `energy` is radiance times solid angle: what a surface across the direction gets. `whole` is that of the light they were taken
+    from, over all directions, as luminance: by it a disc is worth a fine penumbra or not.
     """
 
     directions: Float[ndarray, "k 3"]
     radii: Float[ndarray, "k"]
     energy: Float[ndarray, "k 3"]
-    strong: Bool[ndarray, "k"]
+    whole: float
 
     @property
-    def signed_radii(self) -> Float[ndarray, "k"]:
-        """As the shader and the kernel have them: negative where a disc is wide and strong, and goes in parts."""
-        return np.where(self.strong & (self.radii > settings.Suns.wide), -self.radii, self.radii)
+    def levels(self) -> tuple[float, float]:
+        """What a disc gives an open surface, as luminance: its penumbra is faint below the first, fine above the second."""
+        return settings.Suns.faint * self.whole, settings.Suns.fine * self.whole
 
     def __len__(self) -> int:
         return len(self.radii)
 
     def turned(self, rotation: Float[ndarray, "3 3"]) -> "Suns":
         """In the world of a light that is turned."""
-        return Suns(self.directions @ np.asarray(rotation, float).T, self.radii, self.energy, self.strong)
+        return Suns(self.directions @ np.asarray(rotation, float).T, self.radii, self.energy, self.whole)
 
 
-NO_SUNS = Suns(np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)), np.zeros(0, bool))
+NO_SUNS = Suns(np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)), 0.0)
 
 
 def split(pixels: Float[ndarray, "h w 3"], most: int = settings.Suns.most) -> tuple[Suns, Float[ndarray, "h w 3"]]:
@@ -81,9 +81,8 @@ def split(pixels: Float[ndarray, "h w 3"], most: int = settings.Suns.most) -> tu
     if not len(kept):
         return NO_SUNS, pixels
     made = [_disc(directions[labels == k], energy[labels == k], own[labels == k]) for k in kept]
-    strong = held[kept] >= settings.Suns.strong * total
     ways, radii, energies = (np.stack(values) for values in zip(*made, strict=True))
-    suns = Suns(ways, radii, energies, strong)
+    suns = Suns(ways, radii, energies, total)
     taken = np.isin(labels, kept)
     rest = radiance.copy()
     rest[row[taken], column[taken]] *= 1 - share[row[taken], column[taken], None]

@@ -23,7 +23,7 @@ from sdfprt.network.cells import AnyNet, CellNets
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering.mesh_surface import raster_tile
 from sdfprt.rendering.pieces import BACKGROUND, FREE, GRAIN, sun_uniforms
-from sdfprt.rendering.programs import on_cpu, programs
+from sdfprt.rendering.programs import group_size, on_cpu, programs
 from sdfprt.rendering.targets import Target, environment_texture
 from sdfprt.rendering.uniforms import (
     bounced_uniforms,
@@ -132,19 +132,51 @@ def trace_tile(scene: AnyScene, camera: Camera, tile: tuple[int, int, int, int],
 @in_render_thread
 def trace_suns(scene: AnyScene, suns: Suns, material: Material, camera: Camera, target: Target) -> list[moderngl.Texture]:
     """The pass of the light's discs over a tile that was traced: sums for a white diffuse surface and for a white lobe."""
-    framebuffer, both = target.sunlight()
+    drawn = target.sunlight()
     exponent = parts(material).get("exponent", 1.0)  # without a lobe nobody reads what it would give
     if isinstance(scene, MeshScene):
-        _mesh_suns(scene, suns, exponent, camera, target, both)
-        return both
-    program = programs().sunlight_program(scene)
+        _mesh_suns(scene, suns, exponent, camera, target, drawn.sums)
+        return drawn.sums
     for unit, texture in zip((Unit.POINT, Unit.NORMAL, Unit.COLOUR), target.seen, strict=True):
         texture.use(unit)
-    values = {**sun_uniforms(suns), "eye": tuple(camera.eye), "lobeExponent": exponent, "hasExponent": scene.has_exponent}
-    set_uniforms(program.program, **values)
-    framebuffer.use()
-    program.draw()
-    return both
+    values = {**sun_uniforms(suns), "grain": GRAIN, "across": drawn.tiles[0]}
+
+    # How far something may touch the cones of whole tiles
+    coarse, fine = programs().sun_programs(scene)
+    set_uniforms(coarse.program, ("sunEnergy", "sunRough"), **values)
+    drawn.coarse.use()
+    context().viewport = (0, 0, drawn.tiles[0] * -(-len(suns) // 4), drawn.tiles[1])
+    coarse.draw()
+
+    # Each sample's own cones as far as that; before them those of every GRAIN-th sample
+    context().memory_barrier()
+    values |= {"eye": tuple(camera.eye), "lobeExponent": exponent, "hasExponent": scene.has_exponent}
+    drawn.reach.use(Unit.SUN_TILES)
+    drawn.corners.use(Unit.SUN_CORNERS)
+    drawn.corners.bind_to_image(0, read=False, write=True)
+    set_uniforms(fine, **values, coarse=True)
+    _run(fine, -(-len(suns) // 4) * (drawn.tiles[0] + 1) * (drawn.tiles[1] + 1), group_size())
+    for unit, texture in enumerate(drawn.sums):
+        texture.bind_to_image(unit, read=False, write=True)
+    target.list.bind_to_storage_buffer(0)
+    set_uniforms(fine, coarse=False)
+    _run(fine, seen_samples(target), group_size())
+    return drawn.sums
+
+
+def seen_samples(target: Target) -> int:
+    """As many as were seen, or more.
+
+    On a CPU no more, since its driver runs the others through, masked; a GPU would wait for the number to arrive.
+    """
+    return int(np.frombuffer(target.list.read(4), np.uint32)[0]) if on_cpu() else target.size[0] * target.size[1]
+
+
+def _run(program: moderngl.ComputeShader, invocations: int, group: int) -> None:
+    """Run a compute shader, groups in rows, and wait for what it writes."""
+    groups = -(-invocations // group)
+    program.run(min(groups, _ROW), -(-groups // _ROW))
+    context().memory_barrier()
 
 
 def _mesh_suns(scene: MeshScene, suns: Suns, exponent: float, camera: Camera, target: Target, both: list[moderngl.Texture]) -> None:
@@ -229,12 +261,7 @@ def lit_tiles(
                 texture.use(unit)
             target.radiance.bind_to_image(0, read=False, write=True)
             context().memory_barrier()
-            # On a CPU no more groups than there are hits, since its driver runs the others through, masked; a GPU would wait
-            # for the number to arrive
-            seen = int(np.frombuffer(target.list.read(4), np.uint32)[0]) if on_cpu() else tile[2] * tile[3]
-            groups = -(-seen // (variant.points * variant.group))
-            lighting.run(min(groups, _ROW), -(-groups // _ROW))
-            context().memory_barrier()
+            _run(lighting, -(-seen_samples(target) // variant.points), variant.group)
             yield tile, target.radiance
     finally:
         for thing in held:

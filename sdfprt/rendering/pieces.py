@@ -30,6 +30,7 @@ SURFACE = ("camera", "trace", "normal", "surface")
 LIGHT = ("network", "sh", "latlong", "reflection", "shade", "bounced", "light")
 VOLUME_LIGHT = ("volume", *LIGHT[1:])
 SUNLIGHT = ("trace", "suns", "sunlight")
+SUN_TILES = ("trace", "suntiles")
 FREE = ("free",)
 LIST = ("list",)
 MESH_VERTEX = ("pinhole", "mesh_vertex")
@@ -143,9 +144,9 @@ def surface_fragment(scene: Scene) -> str:
     return "\n".join([ours, renamed(ours, scene.shader_source), "#line 1", scene.shader_source])
 
 
-def sunlight_fragment(scene: Scene) -> str:
-    """The pass of the light's discs."""
-    ours = "\n".join([VERSION, f"#define MOST_SUNS {settings.Suns.most}", join(SUNLIGHT)])
+def sunlight_stage(scene: Scene, pieces: tuple[str, ...], group: int = 1) -> str:
+    """A pass of the light's discs: SUN_TILES, a fragment shader, then SUNLIGHT, a compute shader of so many invocations a group."""
+    ours = "\n".join([VERSION, f"#define MOST_SUNS {settings.Suns.most}", f"#define GROUP {group}", join(pieces)])
     return "\n".join([ours, renamed(ours, scene.shader_source), "#line 1", scene.shader_source])
 
 
@@ -341,8 +342,8 @@ def turn_blocks(exact: ExactLight) -> np.ndarray:
 def sun_uniforms(suns: Suns) -> dict[str, Any]:
     """Uniforms of suns.glsl for what belongs to the light; discs in world directions."""
     directions, energy = np.zeros((settings.Suns.most, 4), np.float32), np.zeros((settings.Suns.most, 3), np.float32)
-    directions[: len(suns), :3], directions[: len(suns), 3], energy[: len(suns)] = suns.directions, suns.signed_radii, suns.energy
-    return {"sunCount": len(suns), "sunDirection": directions, "sunEnergy": energy}
+    directions[: len(suns), :3], directions[: len(suns), 3], energy[: len(suns)] = suns.directions, suns.radii, suns.energy
+    return {"sunCount": len(suns), "sunDirection": directions, "sunEnergy": energy, "sunRough": suns.levels}
 
 
 def defines(net: AnyNet, variant: Variant) -> str:

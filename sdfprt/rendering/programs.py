@@ -21,6 +21,7 @@ from sdfprt.rendering.pieces import (
     GOURAUD,
     GOURAUD_VERTEX,
     MESH_VERTEX,
+    SUN_TILES,
     SUNLIGHT,
     SURFACE,
     TEXTURED,
@@ -39,7 +40,7 @@ from sdfprt.rendering.pieces import (
     place,
     scene_uniforms,
     shadow_uniforms,
-    sunlight_fragment,
+    sunlight_stage,
     surface_fragment,
     volume_compute,
     volume_uniforms,
@@ -83,6 +84,7 @@ class Programs:
 
     def __init__(self) -> None:
         self.full_screens: Kept[str, FullScreen] = Kept(PROGRAMS)  # by the last piece, or the scene's text
+        self.sunlights: Kept[str, moderngl.ComputeShader] = Kept(PROGRAMS)  # by the scene's text
         self.lightings: Kept[tuple, moderngl.ComputeShader] = Kept(PROGRAMS)
         self.targets: Kept[tuple[int, int], Target] = Kept(TARGET_SAMPLES, lambda size: size[0] * size[1])
         self.textures: Kept[str, Texture] = Kept(PROGRAMS)
@@ -103,14 +105,21 @@ class Programs:
             self.textures.get(kernels.texture(texels.values), lambda t=texels: scene_texture(context(), t)).use(unit)
         return made
 
-    def sunlight_program(self, scene: Scene) -> FullScreen:
-        """The program of the pass of the light's discs, with what belongs to the scene set."""
-        made = self._full_screen(f"suns {scene.shader_source}", lambda: sunlight_fragment(scene), SUNLIGHT, scene.file)
+    def sun_programs(self, scene: Scene) -> tuple[FullScreen, moderngl.ComputeShader]:
+        """The programs of the passes of the light's discs, of tiles and of samples, with what belongs to the scene set."""
+
+        def compiled() -> moderngl.ComputeShader:
+            with _placed(SUNLIGHT, scene.file):
+                return context().compute_shader(sunlight_stage(scene, SUNLIGHT, group_size()))
+
+        tiles = self._full_screen(f"tiles {scene.shader_source}", lambda: sunlight_stage(scene, SUN_TILES), SUN_TILES, scene.file)
+        samples = self.sunlights.get(scene.shader_source, compiled)
         values = {**scene_uniforms(scene), **shadow_uniforms(scene), **scene_samplers(list(scene.texels)), "keepLoops": 1}
-        names = ("surfacePoint", "surfaceDirection", "surfaceColour")
+        names = ("surfacePoint", "surfaceDirection", "surfaceColour", "sunTiles", "sunCorners")
         values |= {name: SAMPLERS[name] for name in names}
-        set_uniforms(made.program, values, **values)  # a piece of the march is left out
-        return made
+        for program in (tiles.program, samples):
+            set_uniforms(program, values, **values)  # a piece of the march is left out
+        return tiles, samples
 
     def lighting_program(self, net: AnyNet, variant: Variant) -> moderngl.ComputeShader:
         """The program of the second pass, with what belongs to the network set."""
@@ -196,7 +205,7 @@ class Programs:
             points,
             constant,
             options.exact,
-            8 if on_cpu() else 64,
+            group_size(),
         )
 
     def light_maps(self, exact: ExactLight) -> LightMaps:
@@ -227,6 +236,11 @@ def _placed(pieces: tuple[str, ...], file: str) -> Iterator[None]:
     except moderngl.Error as error:
         message = place(str(error), pieces)
         raise SdfprtError(f"{file}: the OpenGL driver does not take the shader: {message}") from None
+
+
+def group_size() -> int:
+    """Invocations of a compute shader side by side: llvmpipe runs 8 together, a GPU two warps of 32."""
+    return 8 if on_cpu() else 64
 
 
 @functools.cache

@@ -11,6 +11,7 @@ from typing import Generic, Protocol, TypeVar, runtime_checkable
 import moderngl
 import numpy as np
 
+from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.opengl import context
 from sdfprt.light.light import Light
@@ -70,19 +71,18 @@ class Target:
         self.light = gl.framebuffer([self.radiance])
         self.lit = gl.framebuffer([self.radiance], self.depth)
         self.list = gl.buffer(reserve=4 * (1 + size[0] * size[1]))
-        self.suns: tuple[moderngl.Framebuffer, list[moderngl.Texture]] | None = None
+        self.suns: Sunlight | None = None
 
-    def sunlight(self) -> tuple[moderngl.Framebuffer, list[moderngl.Texture]]:
-        """What the discs of a light give, diffuse and glossy: only there where a light has discs."""
+    def sunlight(self) -> "Sunlight":
+        """What the discs of a light give: only there where a light has discs."""
         if self.suns is None:
-            both = [context().texture(self.size, 4, dtype="f4") for _ in range(2)]
-            self.suns = context().framebuffer(both), both
+            self.suns = Sunlight(self.size)
         return self.suns
 
     def release(self) -> None:
         if self.suns is not None:
-            self.suns[0].release()
-            self.seen += self.suns[1]
+            self.suns.release()
+            self.seen += self.suns.sums
         if (interop := sys.modules.get("sdfprt.core.interop")) is not None:  # loads torch; not there, nothing is mapped
             interop.forget(self.seen)
         for thing in (
@@ -99,6 +99,26 @@ class Target:
             thing.release()
         for texture in self.seen:
             texture.release()
+
+
+class Sunlight:
+    """Textures of a tile for the discs of a light: `reach` and `corners` of the coarse passes; `sums`, diffuse and glossy.
+
+    Of the coarse ones a texel holds four discs; the next four lie to the right of all tiles.
+    """
+
+    def __init__(self, size: tuple[int, int]) -> None:
+        gl = context()
+        self.tiles = -(-size[0] // GRAIN), -(-size[1] // GRAIN)
+        self.reach = gl.texture((self.tiles[0] * -(-settings.Suns.most // 4), self.tiles[1]), 4, dtype="f4")
+        self.coarse = gl.framebuffer([self.reach])
+        self.corners = gl.texture(((self.tiles[0] + 1) * -(-settings.Suns.most // 4), self.tiles[1] + 1), 4, dtype="f4")
+        self.sums = [gl.texture(size, 4, dtype="f4") for _ in range(2)]
+
+    def release(self) -> None:
+        """All but the sums, which may be mapped."""
+        for thing in (self.coarse, self.reach, self.corners):
+            thing.release()
 
 
 class LightMaps:

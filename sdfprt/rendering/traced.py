@@ -68,7 +68,7 @@ def sun_planes(scene: Scene, shot: Shot, suns: Suns, seen: Planes, where: str) -
     rows[:count] = torch.cat([seen.points[:, :3], seen.normals, outgoing, exponent[:, None]], 1)
     discs, box = (torch.tensor(v, dtype=torch.float32, device=where) for v in (shadow.rows_of(suns), np.ravel(scene.bounds)))
     out = torch.empty(6 * len(rows), device=where)
-    _launch(shadow.kernel(scene), len(rows), [rows, discs, out, box], [len(suns), *shadow.limits(scene)])
+    _launch(shadow.kernel(scene), len(rows), [rows, discs, out, box], [len(suns), *suns.levels, *shadow.limits(scene)])
     return list(out.reshape(-1, 6)[:count].split(3, dim=1))
 
 

@@ -16,7 +16,9 @@ class Unit(IntEnum):
     RELIEF = 6  # its normal map
     SUN_DIFFUSE = 5  # what the discs of the light give, by rays
     SUN_GLOSSY = 6
+    SUN_CORNERS = 6  # what every so many samples see of them, of the pass before
     CONES = 7  # how far the coarse pass was free
+    SUN_TILES = 7  # how far something may touch the cones of a tile to the discs of the light, after it
     GLOSS = 8  # the light with the lobe, prefiltered
     OPEN_LIGHT = 9
     SCENE = 10
@@ -33,6 +35,8 @@ SAMPLERS = {
     "transferTextures": Unit.TRANSFER,
     "volumeTexture": Unit.TRANSFER,
     "freeCones": Unit.CONES,
+    "sunTiles": Unit.SUN_TILES,
+    "sunCorners": Unit.SUN_CORNERS,
     "sunDiffuse": Unit.SUN_DIFFUSE,
     "sunGlossy": Unit.SUN_GLOSSY,
     "glossMaps": Unit.GLOSS,

@@ -19,8 +19,8 @@ def kernel(scene: Scene) -> Any:
         scene.native,
         ("sdf/trace.h", "sdf/suns.h"),
         {
-            "rows": flat, "suns": flat, "out": flat, "box": flat, "count": int, "lift": float, "near": float, "step": float,
-            "steps": int,
+            "rows": flat, "suns": flat, "out": flat, "box": flat, "count": int, "faint": float, "fine": float, "lift": float,
+            "near": float, "step": float, "steps": int,
         },
     )  # fmt: skip
 
@@ -32,7 +32,7 @@ def limits(scene: Scene) -> list[float]:
 
 def rows_of(suns: Suns) -> Float[ndarray, "k 7"]:
     """Discs as the kernel reads them."""
-    return np.concatenate([suns.directions, suns.signed_radii[:, None], suns.energy], axis=1)
+    return np.concatenate([suns.directions, suns.radii[:, None], suns.energy], axis=1)
 
 
 def sunlight(
@@ -52,7 +52,7 @@ def sunlight(
     rows[:, 3] = rows[:, 6] = 1.0
     rows[:count, :3], rows[:count, 3:6], rows[:count, 6:9], rows[:count, 9] = points, normals, outgoing, exponents
     out = kernels.zeros(6 * len(rows))
-    arguments = [kernels.array(rows), kernels.array(rows_of(suns)), out, box_array(scene), len(suns), *limits(scene)]
+    arguments = [kernels.array(rows), kernels.array(rows_of(suns)), out, box_array(scene), len(suns), *suns.levels, *limits(scene)]
     kernels.launch(kernel(scene), len(rows) // kernels.lanes(), arguments)
     sums = out.numpy().reshape(-1, 6)[:count]
     return sums[:, :3], sums[:, 3:]

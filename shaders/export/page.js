@@ -293,7 +293,7 @@ function draw() {
     }
     give(now, bounced(light));
     give(now, {
-        sunCount: light.suns.sunCount, sunDirection: discs, sunEnergy: light.suns.sunEnergy,
+        sunCount: light.suns.sunCount, sunDirection: discs, sunEnergy: light.suns.sunEnergy, sunRough: light.suns.sunRough,
         eye: state.eye,
         // GL's first row is the lowest: the camera's image plane upside down
         axes: [...scaled(right, half * canvas.width / canvas.height), ...scaled(cross(forward, right), half), ...forward],

@@ -36,6 +36,15 @@ uniform int samples;            // n x n in each pixel
 uniform int sunCount;           // discs of the light that go by rays
 uniform int keepLoops;          // 1, see network.glsl
 
+// There is no coarse pass here.
+float sunReach(int k) {
+    return 1e30;
+}
+
+float sunNearby(int k, float worth) {
+    return -1.0;
+}
+
 // The light from direction d, or black.
 vec3 behind(vec3 d) {
     if (!background) return vec3(0.0);

@@ -8,13 +8,17 @@ uniform float hitDistance;  // what counts as the surface, scene units
 uniform int marchSteps;
 
 // Where the ray enters and leaves the bounds; it enters after it leaves on a miss.
-// The bounds are those of a cone's axis: grown by its radius where it leaves them.
-vec2 clipToBounds(vec3 o, vec3 d, float cone) {
+// The bounds are grown to all sides.
+vec2 clipToBounds(vec3 o, vec3 d, float grown) {
     vec3 safe = mix(d, vec3(1e-20), lessThan(abs(d), vec3(1e-20)));
-    vec3 grown = vec3(cone * (length(o - 0.5 * (boundsLow + boundsHigh)) + length(boundsHigh - boundsLow)));
     vec3 a = (boundsLow - grown - o) / safe, b = (boundsHigh + grown - o) / safe;
     vec3 low = min(a, b), high = max(a, b);
     return vec2(max(max(low.x, low.y), max(low.z, 0.0)), min(high.x, min(high.y, high.z)));
+}
+
+// Radius, where it leaves the bounds, of a cone that has `cone` at distance 1, or more.
+float coneAtBounds(vec3 o, float cone) {
+    return cone * (length(o - 0.5 * (boundsLow + boundsHigh)) + length(boundsHigh - boundsLow));
 }
 
 // Distance along d to the surface, or -1; nothing lies before `begin`. `width` is the size of a sample at distance 1: chords
@@ -22,7 +26,7 @@ vec2 clipToBounds(vec3 o, vec3 d, float cone) {
 // out counts as a hit within half of it. A ray that enters inside the solid hits there.
 // With `cone`, the radius at distance 1 of a cone about the ray: how far the cone is free, or -1 where it is to the end.
 float march(vec3 o, vec3 d, float width, float begin, float cone) {
-    vec2 inside = clipToBounds(o, d, cone);
+    vec2 inside = clipToBounds(o, d, coneAtBounds(o, cone));
     float t = max(inside.x, begin), r = 1e30, slope = -0.6;
     float ball = 0.0, stride = 0.0, taken = 0.0;  // of the evaluation before: radius, the step after it, and that if it was no leap
     bool alive = t < inside.y, met = false;

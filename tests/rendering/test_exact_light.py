@@ -73,7 +73,7 @@ def test_a_white_sky_without_suns_gives_what_the_surface_reflects():
 
 
 def _disc(degrees: float, way: tuple[float, float, float]) -> Suns:
-    return Suns(np.array([way]) / np.linalg.norm(way), np.radians([degrees]), np.ones((1, 3)), np.ones(1, bool))
+    return Suns(np.array([way]) / np.linalg.norm(way), np.radians([degrees]), np.ones((1, 3)), 1.0)
 
 
 def test_a_sun_over_an_open_plane_is_neither_shadowed_nor_leaked():

@@ -97,6 +97,16 @@ def _body(tables: dict[str, dict]) -> str:
     return "\n\n".join(sections)
 
 
+def write(folder: Path, tables: dict[str, dict]) -> str:
+    """The page of these tables, and its text."""
+    intro = (
+        "Each table says what it was measured on and by which command; without flags it is measured as the papers did. Where the "
+        "load before the start is not near 0, other work shared the cores, and times are upper bounds. Shapes written in code stand "
+        "for the papers' scenes (`bench/mesh_scenes.py`); the Stanford dragon comes from npm where `--scenes dragon` asks for it."
+    )
+    return bench.save(folder, "mesh-tables", "Meshes: the papers' tables", intro, _body(tables), {"tables": tables})
+
+
 def main() -> None:
     args = _arguments()
     chosen = [number.strip() for number in args.tables.split(",")]
@@ -110,12 +120,7 @@ def main() -> None:
         title, run = PARTS[number]
         print(f"{number}. {title}", flush=True)
         tables[number] = {**run(args), "setting": bench.setting(f"table {number}")}
-        intro = (
-            "Each table says what it was measured on and by which command. Where the load before the start is not near 0, other "
-            "work shared the cores, and times are upper bounds. Shapes written in code stand for the papers' scenes, since no "
-            "package brings those: see `bench/mesh_scenes.py`."
-        )
-        text = bench.save(args.output, "mesh-tables", "Meshes: the papers' tables", intro, _body(tables), {"tables": tables})
+        text = write(args.output, tables)
     print(text)
 
 

@@ -101,8 +101,8 @@ def write(folder: Path, tables: dict[str, dict]) -> str:
     """The page of these tables, and its text."""
     intro = (
         "Each table says what it was measured on and by which command; without flags it is measured as the papers did. Where the "
-        "load before the start is not near 0, other work shared the cores, and times are upper bounds. Shapes written in code stand "
-        "for the papers' scenes (`bench/mesh_scenes.py`); the Stanford dragon comes from npm where `--scenes dragon` asks for it."
+        "load before the start is not near 0, other work shared the cores, and times are upper bounds. Shapes written in code "
+        "stand for the papers' scenes (`bench/mesh_scenes.py`); npm brings the Stanford dragon where `--scenes dragon` asks for it."
     )
     return bench.save(folder, "mesh-tables", "Meshes: the papers' tables", intro, _body(tables), {"tables": tables})
 

@@ -6,7 +6,7 @@ import fuzz_files
 import pytest
 
 FOUND = (5176, 8461)  # what fuzzing once broke stays mended: a camera of two numbers in scene.toml
-FOUND_MESHES = (13187, 15779)  # texture coordinates of 1e38
+FOUND_MESHES = (13187, 15779, 100865, 106697)  # texture coordinates of 1e38; a colour of two numbers; infinite factors
 
 
 @pytest.mark.parametrize("seed", [*range(72), *FOUND])

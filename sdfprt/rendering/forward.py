@@ -7,14 +7,14 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from sdfprt.core.opengl import context, read
+from sdfprt.core.opengl import context
 from sdfprt.imaging.shot import Shot
 from sdfprt.light.light import Light
 from sdfprt.light.suns import Suns
 from sdfprt.material.lobes import reflects
 from sdfprt.mesh import rays
 from sdfprt.mesh.scene import MeshScene
-from sdfprt.rendering.frame import checked, tiles, trace_suns, trace_tile
+from sdfprt.rendering.frame import checked, fill, tiles, trace_suns, trace_tile
 from sdfprt.rendering.pieces import BACKGROUND
 from sdfprt.rendering.programs import programs
 from sdfprt.rendering.targets import Target, environment_texture
@@ -47,9 +47,8 @@ def drawn(scene: MeshScene, light: Light, shot: Shot, lit: Callable[[Target, Til
     if behind is not None:
         set_environment(behind.program, light)
     pixels = np.zeros((shot.size[1], shot.size[0], 4), np.float32)
-    samples = shot.samples
     try:
-        for tile in tiles(shot.size, samples):
+        for tile in tiles(shot.size, shot.samples):
             target = programs().target(tile[2:])
             target.light.clear()
             if environment is not None:
@@ -60,9 +59,7 @@ def drawn(scene: MeshScene, light: Light, shot: Shot, lit: Callable[[Target, Til
                 behind.draw()
             target.closed.clear(depth=1.0)
             lit(target, tile)
-            x, y, width, height = (v // samples for v in tile)
-            fine = read(target.radiance).reshape(height, samples, width, samples, 4)
-            pixels[y : y + height, x : x + width] = fine.mean(axis=(1, 3)) if samples > 1 else fine[:, 0, :, 0]
+            fill(pixels, target.radiance, tile, shot.samples)
     finally:
         if environment is not None:
             environment.release()

@@ -77,6 +77,13 @@ def tiles(size: tuple[int, int], samples: int) -> list[tuple[int, int, int, int]
     return [(x, y, min(dx, width - x), min(dy, height - y)) for y in range(0, height, dy) for x in range(0, width, dx)]
 
 
+def fill(pixels: Float[ndarray, "h w 4"], radiance: moderngl.Texture, tile: tuple[int, int, int, int], samples: int) -> None:
+    """Write the means of a tile's samples where the tile lies in the picture."""
+    x, y, width, height = (v // samples for v in tile)
+    fine = read(radiance).reshape(height, samples, width, samples, 4)
+    pixels[y : y + height, x : x + width] = fine.mean(axis=(1, 3)) if samples > 1 else fine[:, 0, :, 0]
+
+
 def prepared(scene: AnyScene, net: AnyNet | TextureTable | VertexTable | VolumeTable, light: Light, shot: Shot) -> PreparedLight:
     """The light taken apart for a shot."""
     return prepare(light, shot.lighting, shot.material, net.bands, scene.has_exponent)
@@ -200,12 +207,9 @@ def draw(scene: AnyScene, net: AnyNet | VolumeTable, light: Light, shot: Shot) -
     Raises SdfprtError without OpenGL, and where the picture is not finite.
     """
     pixels = np.zeros((shot.size[1], shot.size[0], 4), np.float32)
-    samples = shot.samples
     lit = prepared(scene, net, light, shot)
     for tile, radiance in lit_tiles(scene, net, light, shot, lit):
-        x, y, width, height = (v // samples for v in tile)
-        fine = read(radiance).reshape(height, samples, width, samples, 4)
-        pixels[y : y + height, x : x + width] = fine.mean(axis=(1, 3)) if samples > 1 else fine[:, 0, :, 0]
+        fill(pixels, radiance, tile, shot.samples)
     checked(pixels, scene)
     return Frame(pixels[..., :3], pixels[..., 3], lit.dering)
 

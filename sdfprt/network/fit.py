@@ -148,7 +148,7 @@ def fit_transfer(
     )
     slopes = 2 * counted * to_scale.square() / batch
     with (
-        descend(sizes, state["weights"], state["biases"], features, target, slopes) as descent,
+        descend(sizes, state["weights"], state["biases"], features, target, slopes, Fit.outlier) as descent,
         progress.track(label or f"fit k={width}", steps) as advance,
     ):
         advance(start)

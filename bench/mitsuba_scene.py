@@ -129,8 +129,11 @@ def build(
     material: Material,
     albedo: np.ndarray | None = None,
     relief: tuple[np.ndarray, np.ndarray] | None = None,
+    two_sided: bool = False,
 ) -> Any:
     """A Mitsuba scene of one mesh with vertex normals; `albedo`, one row a vertex, takes the place of a Diffuse's.
+
+    The back of a triangle is black, if not `two_sided`.
 
     `relief` is a normal map and the vertices' places in it (v upwards), in which u and v are right-handed: Mitsuba's bitangents are
     always so. Its softening of the terminator, which has no part in a normal map, is off.
@@ -144,7 +147,7 @@ def build(
     painted = albedo is not None and lobes["type"] == "diffuse"
     if painted:
         lobes["reflectance"] = {"type": "mesh_attribute", "name": "vertex_color"}
-    props["bsdf"] = mi.load_dict(lobes)
+    props["bsdf"] = mi.load_dict({"type": "twosided", "bsdf": lobes} if two_sided else lobes)
     given = {"has_vertex_normals": True, "has_vertex_texcoords": relief is not None}
     mesh = mi.Mesh("mesh", len(vertices), len(faces), props=props, **given)
     table = mi.traverse(mesh)

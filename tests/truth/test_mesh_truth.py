@@ -86,6 +86,59 @@ def test_storage_meets_mitsuba_under_light_of_four_bands() -> None:
         assert psnr(drawn.rgb, truth, hit & (drawn.alpha > 0)) > least
 
 
+def _with_normals(mesh: trimesh.Trimesh, sign: float = 1.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Vertices of their own for each corner, triangles, normals of the triangles."""
+    faces = np.asarray(mesh.faces)
+    vertices = np.asarray(mesh.vertices, float)[faces].reshape(-1, 3)
+    return vertices, np.arange(len(vertices)).reshape(-1, 3), sign * np.repeat(np.asarray(mesh.face_normals), 3, axis=0)
+
+
+def _odd_meshes() -> dict[str, tuple[list[tuple], list[tuple]]]:
+    """Parts as a file has them, and as a renderer without any mending should: vertices, triangles, normals."""
+    random = np.random.default_rng(5)
+    floor, globe = _with_normals(square(1.3, -0.5, 1)), ball(0.45, (0, -0.05, 0), 3)
+    round_ = np.asarray(globe.vertices, float), np.asarray(globe.faces), np.asarray(globe.vertices - (0, -0.05, 0)) / 0.45
+    mixed = np.where(random.uniform(size=(len(round_[1]), 1)) < 0.35, round_[1][:, ::-1], round_[1])
+    room = trimesh.creation.box([2, 2, 2])
+    room.update_faces(room.face_normals[:, 2] < 0.5)
+    inward = _with_normals(room, -1)
+    cube = trimesh.creation.box([0.6, 1.2, 0.6])
+    cube.apply_translation([-0.2, -0.4, -0.2])
+    leaves = []
+    for _ in range(12):
+        leaf = square(0.2, 0.0, 1)
+        leaf.apply_transform(trimesh.transformations.random_rotation_matrix(random.uniform(size=3)))
+        leaf.apply_translation(random.uniform([-0.7, -0.2, -0.7], [0.7, 0.7, 0.7]))
+        leaves.append(_with_normals(leaf))
+    sheet = square(0.5, 0.2, 1)
+    sheet.apply_transform(trimesh.transformations.rotation_matrix(0.6, [1, 0, 0.3]))
+    once, twice = _with_normals(sheet), _with_normals(sheet, -1)
+    return {
+        "wound both ways": ([floor, (round_[0], mixed, round_[2])], [floor, round_]),
+        "normals against the winding": ([floor, (round_[0], round_[1][:, ::-1], round_[2])], [floor, round_]),
+        "inside out": ([floor, (round_[0], round_[1][:, ::-1], -round_[2])], [floor, round_]),
+        "an open room": ([(inward[0], inward[1][:, ::-1], inward[2]), _with_normals(cube)],) * 2,
+        "leaves": ([floor, *leaves],) * 2,
+        "a sheet twice": ([floor, once, (twice[0], twice[1][:, ::-1], twice[2])], [floor, once]),
+    }
+
+
+@pytest.mark.parametrize("kind", sorted(_odd_meshes()))
+def test_meshes_as_they_are_in_the_wild_meet_mitsuba_in_texture_storage(kind: str) -> None:
+    """What is open has two sides, what is closed one, however the file winds it."""
+    file, mended = _odd_meshes()[kind]
+    made = scene_of(Content([Part(v, f, n) for v, f, n in file]), "soup", name="soup", file="soup")
+    camera = Camera(eye=(0, 0, 4.2), target=(0, 0, 0), fov=35) if kind == "an open room" else made.camera
+    starts = np.cumsum([0, *(len(v) for v, _, _ in mended)])
+    vertices, normals = (np.concatenate([each[k] for each in mended]) for k in (0, 2))
+    faces = np.concatenate([f + start for (_, f, _), start in zip(mended, starts, strict=False)])
+    light, grey = of_four_bands(Light.load("studio")), Diffuse((0.5, 0.5, 0.5))
+    theirs = build(vertices, faces, normals, light, grey, two_sided=True)
+    truth, _, hit = picture(theirs, camera, SIZE, 2048)
+    drawn = frame(made, bake(made, storage="texture", resolution=256, rays=512), light, grey, camera, SIZE)
+    assert psnr(drawn.rgb, truth, hit & (drawn.alpha > 0)) > 40
+
+
 def test_a_normal_map_meets_mitsuba_s() -> None:
     """On a floor of two triangles with a ball on it: paths, exact transfer a pixel, textures without and with a bounce."""
     side = 64

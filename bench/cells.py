@@ -3,8 +3,8 @@
 Every picture is held against exact transfer of its view, light of four bands, over hit pixels; the peak is the exact picture's
 99.9th percentile. The large network has as many weights as those of all cells together and takes as many steps as each of theirs,
 so both fits multiply about as often. A jump, in percent of that peak, at the 99th percentile: `sides`, what the networks on both
-sides of a cut show at the same points about it, which is the jump were they not blended; `step`, the pictures of points a
-thousandth of a cell's side before and behind the cut; `pixels`, the change of the error from a pixel to its neighbour where a cut
+sides of a cut show at the same points about it, which is the jump were they not blended; `step`, the pictures of points
+1e-5 of a cell's side before and behind the cut; `pixels`, the change of the error from a pixel to its neighbour where a cut
 lies between them, and `elsewhere` where none does. Writes cells.md, cells.json and a picture a scene.
 """
 
@@ -19,7 +19,7 @@ from typing import Any
 import common as bench
 import numpy as np
 from numpy import ndarray
-from town import town
+from town import BLOCKS, town
 
 from sdfprt.baking.asset import Asset
 from sdfprt.baking.sdf import bake
@@ -43,18 +43,18 @@ VIEWS = {
     ),
     "town": (
         Camera(eye=(88.0, 51.2, 128.0), target=(-8.0, 0.0, 0.0), fov=45),
-        Camera(eye=(20.0, 1.7, 95.0), target=(20.0, 7.0, -100.0), fov=60),
-        Camera(eye=(-330.0, 190.0, -360.0), target=(-40.0, 0.0, -30.0), fov=45),
+        Camera(eye=(0.0, 1.7, 95.0), target=(0.0, 7.0, -100.0), fov=60),
+        Camera(eye=(-190.0, 110.0, -200.0), target=(-10.0, 0.0, -10.0), fov=45),
     ),
 }
-_STEP = 1e-3  # of a cell's side: how far before and behind a cut two points lie
+_STEP = 1e-5  # of a cell's side: how far before and behind a cut two points lie
 
 
 def _arguments() -> argparse.Namespace:
     parser = bench.parser("cells", __doc__)
     parser.add_argument("--scenes", nargs="+", choices=sorted(VIEWS), default=sorted(VIEWS))
     parser.add_argument("--cells", help=f"auto or a number; default: {', '.join(f'{k} {v}' for k, v in CELLS.items())}")
-    parser.add_argument("--blocks", type=int, default=21, help="of the town along a side; 21 are two million triangles")
+    parser.add_argument("--blocks", type=int, default=BLOCKS, help="of the town along a side")
     parser.add_argument("--width", type=int, default=settings.Network.width)
     parser.add_argument("--points", type=int, default=settings.Surface.points)
     parser.add_argument("--steps", type=int, default=settings.Fit.steps)
@@ -220,7 +220,7 @@ def measure_scene(name: str, scene: MeshScene, options: argparse.Namespace) -> t
         row |= {f"PSNR, {which}": psnr(views, net, light, material) for which, material in MATERIALS.items()}
     found = {which: jumps(views, cells, light, material) for which, material in MATERIALS.items()}
     options.output.mkdir(parents=True, exist_ok=True)
-    picture(views[0], cells, light, options.output / f"cells-{name}.png")
+    picture(views[0], cells, Light.load("overcast"), options.output / f"cells-{name}.png")
     return rows, {"scene": name, "cells": list(cells.cells.owner.shape), **found}, cells
 
 

@@ -1,4 +1,4 @@
-"""A town written in code: streets, houses with windows and gables, gardens with trees; two million triangles at its usual size.
+"""A town written in code: streets, houses with ledges and gables, trees; two million triangles at its usual size.
 
 It is a scene as well: `sdfprt render bench/town.py -o town.png`.
 """
@@ -14,12 +14,12 @@ from sdfprt.mesh.parts import Finish, Part
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.mesh.shapes import box, grid, join, sheet
 
-BLOCKS = 21  # along a side; 5,000 triangles each
+BLOCKS = 8  # along a side; 33,000 triangles each
 PITCH, STREET = 40.0, 10.0  # metres from block to block, and between them
 
 ASPHALT, PAVEMENT = Finish("asphalt", (0.16, 0.16, 0.17)), Finish("pavement", (0.45, 0.44, 0.42))
 WALLS = tuple(Finish(f"wall {k}", colour) for k, colour in enumerate(((0.70, 0.62, 0.50), (0.62, 0.36, 0.27), (0.74, 0.72, 0.68))))
-ROOF, FRAME = Finish("tiles", (0.48, 0.20, 0.14)), Finish("frame", (0.80, 0.78, 0.74))
+ROOF, FRAME = Finish("tiles", (0.48, 0.20, 0.14)), Finish("ledge", (0.80, 0.78, 0.74))
 BARK, LEAVES = Finish("bark", (0.24, 0.16, 0.10)), Finish("leaves", (0.17, 0.30, 0.10))
 
 
@@ -31,7 +31,7 @@ def town(blocks: int = BLOCKS, seed: int = 0) -> MeshScene:
     half = blocks * PITCH / 2
     parts = [sheet(half, 0.0, ASPHALT, 8 * blocks)]
     slab = (PITCH - STREET) / 2
-    parts += _instances(box((-slab, 0, -slab), (slab, 0.15, slab), PAVEMENT, 4), np.stack([x, 0 * x, z], 1))
+    parts += _instances(box((-slab, 0, -slab), (slab, 0.15, slab), PAVEMENT, 8), np.stack([x, 0 * x, z], 1))
 
     # A house at each corner of a block
     corners = np.array([(i, j) for i in (-1, 1) for j in (-1, 1)]) * slab / 2
@@ -80,36 +80,27 @@ def _instances(
 
 
 def _house(storeys: int, wall: Finish) -> list[Part]:
-    """Walls, a gable roof that overhangs, and on each side windows that stand out of the wall; about the origin, on y = 0."""
+    """Walls, a gable roof that overhangs, a chimney, and a ledge above each storey; about the origin, on y = 0."""
     w, d, h = 4.2, 5.0, 3.0 * storeys
-    parts = box((-w, 0, -d), (w, h, d), wall, 6)
+    parts = box((-w, 0, -d), (w, h, d), wall, 22)
     eaves, ridge = 0.5, h + 2.6
     low = [(-w - eaves, h, -d - eaves), (w + eaves, h, -d - eaves), (w + eaves, h, d + eaves), (-w - eaves, h, d + eaves)]
     vertices = np.array([*low, (0, ridge, -d - eaves), (0, ridge, d + eaves)], float)
     faces = np.array([(0, 1, 2), (0, 2, 3), (0, 4, 1), (3, 2, 5), (0, 3, 5), (0, 5, 4), (1, 4, 5), (1, 5, 2)])
     parts.append(Part(vertices, faces, finish=ROOF))
     parts += box((1.5, h + 0.8, 1.0), (2.2, ridge + 0.6, 1.8), wall)
-    for floor in range(storeys):
-        y = 3.0 * floor + 0.9
-        for k in (-1, 0, 1):
-            for side in (-1, 1):
-                a, b, c = 2.6 * k, side * w, side * d
-                parts += box((min(b, b + side * 0.15), y, a - 0.6), (max(b, b + side * 0.15), y + 1.4, a + 0.6), FRAME)
-                parts += box(
-                    (2.2 * k / 1.2 - 0.5, y, min(c, c + side * 0.15)),
-                    (2.2 * k / 1.2 + 0.5, y + 1.4, max(c, c + side * 0.15)),
-                    FRAME,
-                )
+    for floor in range(1, storeys):
+        parts += box((-w - 0.35, 3.0 * floor - 0.15, -d - 0.35), (w + 0.35, 3.0 * floor + 0.15, d + 0.35), FRAME, 6)
     return parts
 
 
 def _tree(rng: np.random.Generator) -> list[Part]:
     """A trunk, and a crown that is a lumpy ball."""
-    rows, sides = 10, 14
+    rows, sides = 20, 28
     angle = 2 * np.pi * np.arange(sides) / sides
     rise = np.pi * (np.arange(rows + 1) / rows - 0.5)
-    radius = 1.7 * (1 + 0.18 * rng.uniform(-1, 1, (rows + 1, sides)))
-    radius[[0, -1]] = 1.7
+    lumps = np.sin(3 * angle + rng.uniform(0, 6)) * np.sin(4 * rise + rng.uniform(0, 6))[:, None]
+    radius = 1.7 * (1 + 0.15 * lumps * np.cos(rise)[:, None])
     flat, up = radius * np.cos(rise)[:, None], radius * np.sin(rise)[:, None]
     crown = np.stack([flat * np.sin(angle), 3.6 + 1.1 * up, flat * np.cos(angle)], -1)
     turn = 2 * np.pi * np.arange(6) / 6

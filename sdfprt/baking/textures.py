@@ -28,6 +28,7 @@ from sdfprt.transfer.compute import unshadowed
 from sdfprt.transfer.gathered import gathered
 
 _ATTEMPTS = 4  # atlases that are made for a density
+_SAID = 1024  # bytes of an atlas's notes that are kept beside it
 _ENOUGH = 0.98  # of a density
 TEXELS = (16, 16_384)  # lowest and highest along a side of a texture
 
@@ -204,18 +205,21 @@ def _rounded(side: float, most: int) -> int:
 
 def _atlas(scene: MeshScene, resolution: int, sets: str, same: list) -> Atlas:
     """From the cache or made now: a bake that goes on must find the same, whatever xatlas does in another run."""
-    count, notes = len(scene.faces), []
+    count = len(scene.faces)
     path = cache_folder() / WORK / f"surface-{stages.digest(scene.hash, *same, resolution, sets)}.npz"
 
     def make() -> stages.Arrays:
         made = unwrap(scene, resolution, sets)
-        notes.extend(made.notes)
-        flat = made.uvs.reshape(count, 6)
-        return {"uvs": flat, "sheet": made.sheet[:, None].astype(np.float32), "own": np.array([[made.own]], np.float32)}
+        flat, own = made.uvs.reshape(count, 6), np.array([[made.own]], np.float32)
+        said = np.zeros((1, _SAID), np.float32)
+        letters = "\n".join(made.notes).encode()[:_SAID]
+        said[0, : len(letters)] = list(letters)
+        return {"uvs": flat, "sheet": made.sheet[:, None].astype(np.float32), "own": own, "said": said}
 
-    found = stages.cached(path, {"uvs": (count, 6), "sheet": (count, 1), "own": (1, 1)}, make)
+    found = stages.cached(path, {"uvs": (count, 6), "sheet": (count, 1), "own": (1, 1), "said": (1, _SAID)}, make)
     uvs, sheet = found["uvs"].reshape(count, 3, 2), found["sheet"][:, 0].astype(np.int32)
-    return Atlas(uvs, sheet, bool(found["own"][0, 0]), tuple(notes))
+    notes = found["said"][0].astype(np.uint8).tobytes().rstrip(b"\0").decode(errors="ignore")
+    return Atlas(uvs, sheet, bool(found["own"][0, 0]), tuple(notes.split("\n") if notes else ()))
 
 
 def _layers(scene: MeshScene, atlas: Atlas) -> Int[ndarray, "s 2"]:

@@ -396,3 +396,5 @@ def test_what_bounds_a_density_is_one_line(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(textures, "limits", lambda: (128, 2048))
     table = bake(made, storage="texture", density=200.0, rays=1, bands=1)
     assert table.resolution == 128 and "this driver takes 128, which gives" in table.info["notes"][0]
+    # What was said of an atlas is said again where it comes from the cache
+    assert table.info["notes"][1:] == ["soup has no texture coordinates; xatlas makes them"]

@@ -61,7 +61,7 @@ def test_a_width_beside_an_asset_is_refused(tmp_path: Path):
         ("render hall --cells few -o OUT.png", "cells few"),
         ("bake fish --cells 4", "is an SDF"),
         ("render fish --cells 4 -o OUT.exr", "is an SDF"),
-        ("bake hall --storage vertex --cells 4", "vertex storage has no networks"),
+        ("bake hall --storage vertex --cells 4", "vertex storage does not have it"),
         ("render-set hall --cells -1 -o OUT", "cells -1"),
         ("render hall --asset a.safetensors --cells 4 -o OUT.png", "--cells 4"),
     ],

@@ -83,11 +83,13 @@ WAYS = {
 }
 
 
-def ways(view: exact.View, light: Light, material: Material, truth: ndarray, mask: ndarray, drawn: ndarray) -> list[WayRow]:
-    """A row a way; `drawn` is the default picture of a network."""
+def ways(
+    view: exact.View, light: Light, material: Material, truth: ndarray, mask: ndarray, others: dict[str, ndarray] | None = None
+) -> list[WayRow]:
+    """A row a way, then one for each of `others`, pictures by name."""
     pictures = {way: view.shade(light, material, lighting=lighting) for way, lighting in WAYS.items()}
     rows = []
-    for way, picture in (pictures | {"with both, network by OpenGL": drawn}).items():
+    for way, picture in (pictures | (others or {})).items():
         found = measure(picture, truth, mask)
         error = np.abs(picture - truth)[mask] / np.maximum(truth[mask], 1e-3 * metrics.robust_peak(truth, mask))
         rows.append(WayRow(name(material), way, found["psnr"], found["flip"], float(error.mean())))
@@ -147,7 +149,14 @@ def report(
             exacts[n] = fine
             pictures[f"network, k={width}, {n} bands"] = drawn.rgb
         best = frame(scene, assets[widths[0]], light, material, camera, size)
-        by_way += ways(view.cut(assets[widths[0]].net.bands), light, material, truth.rgb, mask & (best.alpha > 0), best.rgb)
+        by_way += ways(
+            view.cut(assets[widths[0]].net.bands),
+            light,
+            material,
+            truth.rgb,
+            mask & (best.alpha > 0),
+            {"with both, network by OpenGL": best.rgb},
+        )
         pictures[f"with suns and exact lobe, network, k={widths[0]}"] = best.rgb
 
         # What more bands buy and cost

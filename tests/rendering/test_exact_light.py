@@ -13,6 +13,7 @@ from sdfprt.light.prepared import prepare
 from sdfprt.light.suns import Suns
 from sdfprt.material import shading
 from sdfprt.material.lobes import Diffuse, DiffusePhong, Phong
+from sdfprt.maths import sphere
 from sdfprt.rendering.backends import frame
 from sdfprt.sdf import shadow
 from sdfprt.sdf.scene import Scene
@@ -119,3 +120,34 @@ def test_what_is_kept_of_a_light_is_made_once():
 def test_levels_between_exponents_keep_the_variance_of_the_lobe():
     at = shading.level_of(np.array([0.5, 1.0, 3.0, 8.0, 5000.0]), 11)
     np.testing.assert_allclose(at, [0, 0, 1 + 2 - 2 * 2 / 3, 3, 10], rtol=0, atol=1e-12)
+
+
+def test_wide_discs_have_the_penumbrae_of_many_thin_rays():
+    seen = exact.view(SCENE, size=SIZE, rays=1).seen
+    way, radius = np.array([0.5, 0.7, -0.3]) / np.linalg.norm([0.5, 0.7, -0.3]), 0.1
+    place = np.arange(128) + 0.5
+    apart, turn = np.sin(radius) * np.sqrt(place / 128), place * np.pi * (3 - 5**0.5)
+    side = np.cross(way, [0.0, 1.0, 0.0]) / np.linalg.norm(np.cross(way, [0.0, 1.0, 0.0]))
+    across = np.cos(turn)[:, None] * side + np.sin(turn)[:, None] * np.cross(way, side)
+    thin = Suns(np.sqrt(1 - apart**2)[:, None] * way + apart[:, None] * across, np.full(128, 1e-4), np.full((128, 3), 1 / 128), 1.0)
+    one = Suns(way[None], np.array([radius]), np.ones((1, 3)), 1.0)
+    found, expected = (shadow.sunlight(SCENE, each, seen.points, seen.normals, seen.normals)[0] for each in (one, thin))
+    assert trimmed_psnr(found[None], expected[None]) > 40
+    # Discs that give little have rougher penumbrae, but of the same light
+    for whole, least in ((25.0, 34), (100.0, 26)):
+        little = Suns(one.directions, one.radii, one.energy, whole)
+        rough, _ = shadow.sunlight(SCENE, little, seen.points, seen.normals, seen.normals)
+        assert trimmed_psnr(rough[None], expected[None]) > least
+
+
+def test_many_weak_discs_are_the_same_by_tiles_and_by_rays_alone():
+    # The shader takes their shares from the corners of tiles, the kernel casts rays everywhere
+    rows = sphere.latlong_directions(64, 128)
+    pixels = np.full((64, 128, 3), 0.3, np.float32)
+    for turn in np.linspace(0, 2 * np.pi, 6, endpoint=False):
+        way = np.array([np.cos(turn), 0.6, np.sin(turn)]) / np.hypot(1, 0.6)
+        pixels[rows @ way > np.cos(0.1)] = 12.0
+    light = Light(pixels)
+    assert len(light.without_suns(16)[0]) >= 4
+    shader, kernel = (frame(SCENE, NET, light, Diffuse(), size=(96, 96), backend=each) for each in ("glsl", "warp"))
+    assert trimmed_psnr(shader.rgb, kernel.rgb, (shader.alpha > 0.5) & (kernel.alpha > 0.5)) > 45

@@ -151,3 +151,10 @@ def test_many_weak_discs_are_the_same_by_tiles_and_by_rays_alone():
     assert len(light.without_suns(16)[0]) >= 4
     shader, kernel = (frame(SCENE, NET, light, Diffuse(), size=(96, 96), backend=each) for each in ("glsl", "warp"))
     assert trimmed_psnr(shader.rgb, kernel.rgb, (shader.alpha > 0.5) & (kernel.alpha > 0.5)) > 45
+
+
+def test_six_bands_are_the_same_picture_in_all_back_ends():
+    net, light = nets.random_net(bands=6), Light.load("sky_noon")
+    shader, *others = (frame(SCENE, net, light, Phong(16.0), size=SIZE, backend=each) for each in ("glsl", "torch", "warp"))
+    for other in others:
+        assert trimmed_psnr(shader.rgb, other.rgb, (shader.alpha > 0.5) & (other.alpha > 0.5)) > 50

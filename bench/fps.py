@@ -147,6 +147,7 @@ def measure(name: str, width: int, material: Material, size: tuple[int, int], tu
     runs: list[Callable] = [lambda: frame(scene, asset, light, material, size=size, suns="off", gloss="sh")]
     runs.append(lambda: frame(scene, asset, light, material, size=size, product="tp", suns="off", gloss="sh"))
     if with_literal:
+        assert isinstance(asset.net, TransferNet)
         runs.append(literal(scene, asset.net, light, material, size))
     first = [bench.seconds(run) for run in runs]
     # On to the frame in which, on a CPU's driver, the weights become constants

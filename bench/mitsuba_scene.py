@@ -13,7 +13,7 @@ import numpy as np
 
 from sdfprt.imaging.camera import Camera
 from sdfprt.light.light import Light
-from sdfprt.material.lobes import Diffuse, Material
+from sdfprt.material.lobes import Diffuse, Material, Phong
 from sdfprt.maths import sphere
 
 RAYS = 1 << 21  # a wavefront
@@ -115,7 +115,7 @@ def bsdf(material: Material) -> dict:
     kd, glossy = (0.0, 0.0, 0.0), material.lobes[-1]
     if isinstance(material.lobes[0], Diffuse):
         kd = material.lobes[0].albedo
-    assert not isinstance(glossy, Diffuse)
+    assert isinstance(glossy, Phong)
     colours = {f"kd{c}": float(kd[c]) for c in range(3)} | {f"ks{c}": float(glossy.specular[c]) for c in range(3)}
     return {"type": "phong_mixture", "exponent": float(glossy.exponent), **colours}
 

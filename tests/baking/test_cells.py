@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ from sdfprt.rendering.backends import frame
 from sdfprt.transfer.compute import unshadowed
 from sdfprt.truth import exact
 
-SMALL = {"width": 8, "layers": 2, "points": 1500, "rays": 16, "steps": 300}
+SMALL: dict[str, Any] = {"width": 8, "layers": 2, "points": 1500, "rays": 16, "steps": 300}
 
 
 def row(count: int = 4) -> MeshScene:
@@ -103,7 +104,7 @@ def test_no_jump_is_left_where_networks_meet(small):
     net = bake(small, cells=4, **{**SMALL, "width": 16, "steps": 600}).net
     assert isinstance(net, CellNets)
     rng = np.random.default_rng(0)
-    normals = np.tile(np.float32([0, 1, 0]), (400, 1))
+    normals = np.tile(np.array([0, 1, 0], np.float32), (400, 1))
     coefficients = Light.load("studio").sh(4)
     outgoing, floor = normals, np.stack([0 * normals[:, 0], 0 * normals[:, 0], rng.uniform(-1, 1, 400)], 1).astype(np.float32)
 
@@ -111,8 +112,8 @@ def test_no_jump_is_left_where_networks_meet(small):
         return shading.shade(transfer, normals, outgoing, coefficients, Diffuse())
 
     for cut in (-2.0, 0.0, 2.0):  # between cells of side 2
-        points = floor + np.float32([cut, 0, 0])
-        before, behind = (picture(net.predict(points + np.float32([sign * 2e-4, 0, 0]), normals)) for sign in (-1, 1))
+        points = floor + np.array([cut, 0, 0], np.float32)
+        before, behind = (picture(net.predict(points + np.array([sign * 2e-4, 0, 0], np.float32), normals)) for sign in (-1, 1))
         owners = [net.cells.owner.ravel()[round((cut + 4) / 2) + k] for k in (-1, 0)]
         apart = np.abs(np.subtract(*(picture(net.nets[k].predict(points, normals)) for k in owners)))
         assert np.percentile(np.abs(before - behind), 99) < 0.005 * before.max()

@@ -50,7 +50,7 @@ def test_weights_are_the_colours_and_deeper_paths_follow_their_mean_squared():
     assert Bounces(1, (RED, BLUE)).weights((BLUE, RED)).tolist() == [list(BLUE), list(RED)]
     deep = Bounces(3, (RED, BLUE), 3, (0.5, 0.5))
     np.testing.assert_allclose(deep.weights((RED, BLUE))[2:], np.eye(3))
-    half = [tuple(x / 2 for x in colour) for colour in (RED, BLUE)]
+    half = [(r / 2, g / 2, b / 2) for r, g, b in (RED, BLUE)]
     np.testing.assert_allclose(deep.weights(half)[2:], np.eye(3) / 4)
     assert Bounces(3, ((0.5, 0.5, 0.5),), 1, (1.0,)).weights([(1.0, 0.5, 0.0)])[1].tolist() == [4, 1, 0]
 

@@ -23,7 +23,7 @@ def _random(count: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
 
 def test_away_from_the_cuts_a_point_has_the_network_of_its_cell_or_of_the_nearest_one():
     points, normals = _random(400)
-    u = (points - np.float32(NET.cells.low)) / np.float32(NET.cells.side)
+    u = (points - np.array(NET.cells.low, np.float32)) / np.array(NET.cells.side, np.float32)
     counts = np.array(NET.cells.owner.shape)
     inner = np.clip(np.round(u), 1, np.maximum(counts - 1, 1))
     far = ((np.abs(u - inner) > NET.cells.band) | (counts == 1)).all(1)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import nets
 import numpy as np
@@ -56,7 +57,7 @@ def test_back_ends_draw_one_picture(material: Material, lighting: dict, own: boo
     colours = (GREY, RED, BLUE) if own else (GREY,)
     net = nets.bounced_net(Bounces(2, colours, 3, (0.4,) * len(colours)), bands)
     light = Light.load("sky_afternoon")
-    now = {"colours": [BLUE, GREY, RED]} if own else {}
+    now: dict[str, Any] = {"colours": [BLUE, GREY, RED]} if own else {}
     pictures = [render(scene, net, light, material, size=SIZE, backend=name, **lighting, **now) for name in ("glsl", "torch")]
     np.testing.assert_allclose(*pictures, rtol=0, atol=3e-4 * pictures[0].max())  # two pixels of one case lie 2.2e-4 apart
     weights = [*net.weights[:-1], (net.weights[-1][0][: bands**2], net.weights[-1][1][: bands**2])]

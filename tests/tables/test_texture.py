@@ -328,9 +328,8 @@ def test_a_density_gives_each_set_its_texels_a_unit() -> None:
     made = scene(ball(0.5, level=2), square(1.0, -0.6, 1), square(0.2, 0.6, 1))
     for sets in ("one", "object"):
         table = bake(made, storage="texture", density=60.0, sets=sets, rays=1, bands=1)
-        size = np.linalg.norm(
-            np.cross(*(made.vertices[made.faces[:, k]] - made.vertices[made.faces[:, 0]] for k in (1, 2))), axis=1
-        )
+        first, second = (made.vertices[made.faces[:, k]] - made.vertices[made.faces[:, 0]] for k in (1, 2))
+        size = np.linalg.norm(np.cross(first, second), axis=1)
         a, b = table.uvs[:, 1] - table.uvs[:, 0], table.uvs[:, 2] - table.uvs[:, 0]
         flat = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) * table.resolution**2
         each = np.array(

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -93,7 +94,7 @@ def _with_normals(mesh: trimesh.Trimesh, sign: float = 1.0) -> tuple[np.ndarray,
     return vertices, np.arange(len(vertices)).reshape(-1, 3), sign * np.repeat(np.asarray(mesh.face_normals), 3, axis=0)
 
 
-def _odd_meshes() -> dict[str, tuple[list[tuple], list[tuple]]]:
+def _odd_meshes() -> dict[str, Any]:
     """Parts as a file has them, and as a renderer without any mending should: vertices, triangles, normals."""
     random = np.random.default_rng(5)
     floor, globe = _with_normals(square(1.3, -0.5, 1)), ball(0.45, (0, -0.05, 0), 3)

@@ -12,7 +12,7 @@ from sdfprt.core.errors import SdfprtError
 from sdfprt.imaging import image
 from sdfprt.imaging.camera import Camera
 from sdfprt.light.light import Light
-from sdfprt.material.lobes import Diffuse, DiffusePhong, Material, Phong
+from sdfprt.material.lobes import Diffuse, DiffusePhong, Material, Phong, Reflection
 from sdfprt.maths import sphere
 from sdfprt.sdf import trace
 from sdfprt.sdf.scene import Scene
@@ -60,6 +60,7 @@ def test_a_convex_body_shows_the_quadrature_of_light_times_lobe(light: Light, ma
     expected = np.zeros_like(points)
     for lobe in material.lobes:
         for k in range(len(points)):
+            assert not isinstance(lobe, Reflection)
             f = lobe.evaluate(normals[k], ways, view[k])
             expected[k] += (f * cosine[k, :, None] * arriving).sum(axis=0)
     z = scores(result, expected)

@@ -47,7 +47,7 @@ def test_materials_are_named_as_on_the_command_line():
 
 def test_the_page_holds_tables_and_pictures(tmp_path: Path, monkeypatch):
     room, net = nets.scene(), nets.random_net()
-    monkeypatch.setattr(report, "bake", lambda scene, width: Asset(net, scene.hash))
+    monkeypatch.setattr(report, "bake", lambda scene, width, bounces=0: Asset(net, scene.hash))
     out = tmp_path / "page.html"
     light = Light.load("studio")
     splits, rows = report.report(

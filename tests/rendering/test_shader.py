@@ -42,7 +42,7 @@ PIECES = sorted(folder("shaders").glob("*/*.glsl"))
 
 @pytest.mark.parametrize("path", PIECES, ids=lambda p: p.stem)
 def test_each_piece_compiles_alone(path, tmp_path):
-    stage = "vert" if path.stem.endswith("vertex") else "comp" if path.stem == "light" else "frag"
+    stage = "vert" if path.stem.endswith("vertex") else "comp" if path.stem in ("light", "sunlight") else "frag"
     if path.stem == "volume":
         sizes = pieces.volume_defines(nets.random_volume(), Variant(7))
     else:

@@ -12,7 +12,7 @@ from sdfprt.mesh.scene import MeshScene
 from sdfprt.network.cells import AnyNet, read
 from sdfprt.sdf.kinds import AnyScene
 
-_RECIPE = 5  # raised when a default bake gives other weights, so that the cache's older ones are not taken for them
+_RECIPE = 6  # raised when a default bake gives other weights, so that the cache's older ones are not taken for them
 
 
 @dataclass(frozen=True, eq=False)

@@ -78,7 +78,7 @@ class Fit:
     decay: float = 0.1  # of the matrices a step, as a fraction of the rate: steps of one size turn small matrices farther
     bias_share: float = 0.25  # learning rate of the biases (Adam), as a fraction of that of the matrices
     outlier: float = 0.1  # error of T over its largest value from which on it counts linearly: edges that no network holds
-    hidden: float = 0.1  # importance of samples that no far camera sees, beside a mean of 1 of what they see
+    hidden: float = 0.2  # importance of samples that no far camera sees, beside a mean of 1 of what they see
     own_view: float = 0.95  # mean importance, at least, of samples that the scene's own camera sees
     from_above: float = 1.0  # by which a camera straight above counts more than one at the horizon, one below less
     by_degree: tuple[float, ...] = (1.0, 0.35, 0.25, 0.2)  # weight of T's squared error by SH degree: light has less of higher ones

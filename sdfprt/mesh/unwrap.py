@@ -4,10 +4,14 @@ A sheet is one texture of `resolution` texels squared; u runs along its columns,
 A chart is a stretch of triangles that lie side by side in a sheet as they do on the mesh.
 """
 
+import io
+import os
+import subprocess
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
-import xatlas
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray
 from scipy.sparse import coo_array
@@ -18,6 +22,7 @@ from sdfprt.core.errors import SdfprtError
 from sdfprt.mesh.repair import cross_of
 from sdfprt.mesh.scene import MeshScene
 
+_PROGRAM = Path(__file__).with_name("charting.py")
 SETS = ("auto", "one", "object")
 _REACH = 0.5**0.5  # texels from a centre to the corner of its square
 _PAIRS = 2_000_000  # of triangles and texels that are measured at once
@@ -151,29 +156,36 @@ def _made(scene: MeshScene, sheet: Int[ndarray, "f"], resolution: int) -> Float[
         [len(sheet) + len(scene.vertices)] * 2,
     )
     pieces = np.unique(connected_components(smooth, directed=False)[1][: len(sheet)]).size
-    padding = max(resolution // settings.Texture.padding, 4)
-    for each in range(int(sheet.max()) + 1):
-        number = np.flatnonzero(sheet == each)
+    weight = 1001.0 if pieces <= settings.Texture.pieces else 0.0
+    sent = {"options": np.array([resolution, max(resolution // settings.Texture.padding, 4), weight])}
+    numbers = [np.flatnonzero(sheet == each) for each in range(int(sheet.max()) + 1)]
+    for k, number in enumerate(numbers):
         used, local = np.unique(scene.faces[number], return_inverse=True)
-        chart, pack = xatlas.ChartOptions(), xatlas.PackOptions()
-        if pieces <= settings.Texture.pieces:
-            chart.normal_seam_weight = 1001.0
-        pack.resolution, pack.padding, pack.bilinear = resolution, padding, True
-        made = xatlas.Atlas()
-        faces = np.ascontiguousarray(local.reshape(-1, 3), np.uint32)
+        sent[f"{k}/faces"] = np.ascontiguousarray(local.reshape(-1, 3), np.uint32)
         # Lengths near 1, whatever the unit of the mesh is
-        places = ((scene.vertices[used] - scene.center) / max(scene.extent, 1e-30)).astype(np.float32)
-        try:
-            made.add_mesh(places, faces, np.ascontiguousarray(scene.normals[used]))
-            made.generate(chart, pack)
-            _, indices, uvs = made.get_mesh(0)
-        except RuntimeError as error:
-            raise SdfprtError(f"{scene.file}: xatlas cannot unwrap it ({error}); give it texture coordinates in its file") from None
-        if not made.width or not made.height or indices.shape != faces.shape or not np.isfinite(uvs).all():
-            raise SdfprtError(f"{scene.file}: xatlas cannot unwrap it; give it texture coordinates in its file")
-        side = max(made.width, made.height)
-        result[number] = (uvs * (np.array([made.width, made.height]) / side))[indices]
+        sent[f"{k}/places"] = ((scene.vertices[used] - scene.center) / max(scene.extent, 1e-30)).astype(np.float32)
+        sent[f"{k}/normals"] = np.ascontiguousarray(scene.normals[used])
+    for k, corners in enumerate(_charted(scene.file, sent, len(numbers))):
+        result[numbers[k]] = corners
     return np.clip(result, 0, 1)
+
+
+def _charted(file: str, sent: dict[str, ndarray], sheets: int) -> list[ndarray]:
+    """What mesh/charting.py gives for each sheet. Raises SdfprtError where it refuses the mesh or does not survive it."""
+    given = io.BytesIO()
+    np.savez(given, allow_pickle=False, **sent)
+    command = [sys.executable, "-P", str(_PROGRAM)]
+    where = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    done = subprocess.run(command, input=given.getvalue(), capture_output=True, env=where)
+    if done.returncode:
+        said = done.stderr.decode(errors="replace").strip().splitlines()
+        why = said[-1] if said else f"it ended with status {done.returncode}"
+    else:
+        with np.load(io.BytesIO(done.stdout)) as found:
+            if "failed" not in found:
+                return [found[str(k)] for k in range(sheets)]
+            why = str(found["failed"])
+    raise SdfprtError(f"{file}: xatlas cannot unwrap it ({why}); give it texture coordinates in its file")
 
 
 def area(corners: Float[ndarray, "f 3 2"]) -> Float[ndarray, "f"]:

@@ -357,8 +357,7 @@ def test_charts_without_area_and_triangles_beyond_the_texels_still_make_a_pictur
         assert np.isfinite(drawn.rgb).all() and drawn.rgb.max() > 0.1
 
 
-def test_what_cannot_be_unwrapped_or_held_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    from sdfprt.mesh import unwrap as unwrapping
+def test_what_cannot_be_held_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     from sdfprt.rendering import texture_surface
 
     made = scene(ball(0.55, level=2))
@@ -371,13 +370,35 @@ def test_what_cannot_be_unwrapped_or_held_is_one_line(monkeypatch: pytest.Monkey
         with pytest.raises(SdfprtError, match=said):
             frame(made, table, STUDIO, size=(8, 8), backend="glsl")
 
-    class Refusing:
-        def add_mesh(self, *given: object) -> None:
-            raise RuntimeError("the mesh is refused")
 
-    monkeypatch.setattr(unwrapping.xatlas, "Atlas", Refusing)
-    with pytest.raises(SdfprtError, match=r"soup: xatlas cannot unwrap it \(the mesh is refused\); give it texture coordinates"):
-        bake(scene(ball(0.56, level=2)), storage="texture", resolution=32)
+@pytest.mark.parametrize(
+    ("ending", "why"),
+    [
+        ("sys.stdout.buffer.write(out.getvalue())", "the mesh is refused"),
+        ("os.kill(os.getpid(), 11)", "it ended with status -11"),
+        ("raise MemoryError('no room')", "MemoryError: no room"),
+    ],
+)
+def test_what_xatlas_refuses_or_dies_of_is_one_line(ending: str, why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from sdfprt.mesh import unwrap as unwrapping
+
+    program = tmp_path / "charting.py"
+    lines = ["import io, os, sys", "import numpy as np", "sys.stdin.buffer.read()", "out = io.BytesIO()"]
+    program.write_text("\n".join([*lines, "np.savez(out, failed=np.array('the mesh is refused'))", ending]))
+    monkeypatch.setattr(unwrapping, "_PROGRAM", program)
+    with pytest.raises(SdfprtError) as caught:
+        unwrap(scene(ball(0.56, level=2)), 32, "one")
+    assert str(caught.value) == f"soup: xatlas cannot unwrap it ({why}); give it texture coordinates in its file"
+
+
+def test_a_sheet_an_object_is_unwrapped_in_one_process_and_alike_each_time() -> None:
+    made = scene(ball(0.3, level=1), square(1.0, -0.6, 1), square(0.2, 0.6, 1))
+    first, second = (unwrap(made, 64, "object") for _ in range(2))
+    assert first.sheets == 3 and not first.own
+    np.testing.assert_array_equal(first.uvs, second.uvs)
+    for each in range(3):
+        corners = first.uvs[first.sheet == each]
+        assert corners.min() >= 0 and 0.9 < corners.max() <= 1  # each fills its own
 
 
 def test_what_bounds_a_density_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sdfprt.core.arguments import checked
-from sdfprt.core.cache import ASSETS, cache_folder, regular_file
+from sdfprt.core.cache import ASSETS, cache_folder, read_whole
 from sdfprt.core.errors import SdfprtError
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.network.cells import AnyNet, read
@@ -53,12 +53,7 @@ class Asset:
     @classmethod
     def find(cls, path: Path, scene: AnyScene) -> Asset | None:
         """The cache's file where it is whole and the scene's; None else, and a bake writes it anew."""
-        if not regular_file(path):
-            return None
-        try:
-            return cls.load(path, scene=scene)
-        except SdfprtError:
-            return None
+        return read_whole(path, lambda path: cls.load(path, scene=scene))
 
 
 def find_asset(scene: AnyScene, width: int) -> Asset | None:

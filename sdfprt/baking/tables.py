@@ -10,7 +10,7 @@ from sdfprt.baking import stages
 from sdfprt.baking.asset import cached_path
 from sdfprt.baking.stages import Span
 from sdfprt.core import settings
-from sdfprt.core.cache import WORK, cache_folder, regular_file
+from sdfprt.core.cache import WORK, cache_folder, read_whole
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.limits import check_memory
 from sdfprt.material.lobes import Diffuse
@@ -52,11 +52,8 @@ def bake_vertices(
     inside = [bounces, stages.digest(albedo.astype(float).tolist())] if bounces else []
     key = stages.digest("vertex", bands, rays if shadowed else 0, seed, shadowed, inside, asdict(settings.Mesh()), *by)
     path = cached_path(scene, 0, key)
-    if not fresh and regular_file(path):
-        try:
-            return VertexTable.load(path, scene)
-        except SdfprtError:
-            pass  # damaged: made again
+    if not fresh and (known := read_whole(path, lambda path: VertexTable.load(path, scene))):
+        return known
     points, normals, back = rows(scene)
     if shadowed:
         key = stages.digest("vertices", scene.hash, bands, rays, seed, asdict(settings.Mesh()), *by)

@@ -12,7 +12,7 @@ from sdfprt.baking import stages
 from sdfprt.baking.asset import cached_path
 from sdfprt.baking.stages import Span
 from sdfprt.core import settings
-from sdfprt.core.cache import WORK, cache_folder, regular_file
+from sdfprt.core.cache import WORK, cache_folder, read_whole
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.limits import check_memory
 from sdfprt.core.opengl import limits
@@ -81,11 +81,8 @@ def bake_textures(
     key = stages.digest("texture", bands, rays, seed, shadowed, *own, *by)
     inside = [bounces, light_digest(light), scene.look, repr(scene.material)] if bounces and light is not None else []
     path = cached_path(scene, 0, stages.digest(key, *inside))
-    if not fresh and regular_file(path):
-        try:
-            return TextureTable.load(path, scene)
-        except SdfprtError:
-            pass  # damaged: made again
+    if not fresh and (known := read_whole(path, lambda path: TextureTable.load(path, scene))):
+        return known
 
     # The atlas and its texels; whether the memory holds one texture is known before it is made
     _check(resolution, texel)

@@ -10,7 +10,7 @@ from scipy.ndimage import distance_transform_edt
 from sdfprt.baking import stages
 from sdfprt.baking.asset import cached_path
 from sdfprt.core import settings
-from sdfprt.core.cache import WORK, cache_folder, regular_file
+from sdfprt.core.cache import WORK, cache_folder, read_whole
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.limits import check_memory
 from sdfprt.sdf.kinds import AnyScene
@@ -42,11 +42,8 @@ def bake_volume(
     own = bands, rays, seed, resolution, sampling
     key = stages.digest("volume", scene.hash, *own, asdict(settings.Trace()), asdict(settings.Mesh()))
     path = cached_path(scene, 0, key)
-    if not fresh and regular_file(path):
-        try:
-            return VolumeTable.load(path, scene)
-        except SdfprtError:
-            pass  # damaged: made again
+    if not fresh and (known := read_whole(path, lambda path: VolumeTable.load(path, scene))):
+        return known
 
     low, cell, counts = grid_about(scene, resolution)
     total = int(np.prod(counts))

@@ -11,11 +11,14 @@ import re
 import stat
 import tempfile
 import warnings
+from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 from sdfprt.core.errors import SdfprtError, SdfprtWarning
 from sdfprt.core.files import remove_leftovers
 
+_Read = TypeVar("_Read")
 _MARK = "CACHEDIR.TAG"  # the name, and below the first line, that programs for back-ups know (bford.info/cachedir)
 _SIGNATURE = "Signature: 8a477f597d28d172789f06886806bc55"
 _OWN = "# This folder is a cache of sdfprt."
@@ -151,3 +154,13 @@ def regular_file(path: Path) -> bool:
     if not stat.S_ISREG(mode):
         raise SdfprtError(f"{path}: not a file but {'a folder' if stat.S_ISDIR(mode) else 'a pipe or device'}; remove it")
     return True
+
+
+def read_whole(path: Path, load: Callable[[Path], _Read]) -> _Read | None:
+    """What `load` reads of a file of the cache; None where none is there, or a damaged one, which is to be made again."""
+    if not regular_file(path):
+        return None
+    try:
+        return load(path)
+    except SdfprtError:
+        return None

@@ -14,11 +14,11 @@ from sdfprt.light.suns import Suns
 from sdfprt.material.lobes import reflects
 from sdfprt.mesh import rays
 from sdfprt.mesh.scene import MeshScene
-from sdfprt.rendering.frame import checked, fill, tiles, trace_suns, trace_tile
+from sdfprt.rendering.frame import checked, draw_behind, fill, tiles, trace_suns, trace_tile
 from sdfprt.rendering.pieces import BACKGROUND
 from sdfprt.rendering.programs import programs
 from sdfprt.rendering.targets import Target, environment_texture
-from sdfprt.rendering.uniforms import set_camera, set_environment
+from sdfprt.rendering.uniforms import set_environment
 from sdfprt.rendering.units import Unit
 
 Tile = tuple[int, int, int, int]
@@ -54,9 +54,7 @@ def drawn(scene: MeshScene, light: Light, shot: Shot, lit: Callable[[Target, Til
             if environment is not None:
                 environment.use(Unit.ENVIRONMENT)
             if behind is not None:
-                target.light.use()
-                set_camera(behind.program, shot.camera, (*tile[:2], *shot.fine))
-                behind.draw()
+                draw_behind(behind, target, shot, tile)
             target.closed.clear(depth=1.0)
             lit(target, tile)
             fill(pixels, target.radiance, tile, shot.samples)

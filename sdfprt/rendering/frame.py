@@ -23,7 +23,7 @@ from sdfprt.network.cells import AnyNet, CellNets
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering.mesh_surface import raster_tile
 from sdfprt.rendering.pieces import BACKGROUND, FREE, GRAIN, sun_uniforms
-from sdfprt.rendering.programs import group_size, on_cpu, programs
+from sdfprt.rendering.programs import FullScreen, group_size, on_cpu, programs
 from sdfprt.rendering.targets import Target, environment_texture
 from sdfprt.rendering.uniforms import (
     bounced_uniforms,
@@ -100,6 +100,13 @@ def checked(pixels: Float[ndarray, "h w 4"], scene: AnyScene) -> Float[ndarray, 
     if bad := int((~np.isfinite(pixels)).any(axis=2).sum()):
         raise SdfprtError(f"{scene.file}: {bad} pixels are not finite; does the scene or its albedo give NaN?")
     return pixels
+
+
+def draw_behind(background: FullScreen, target: Target, shot: Shot, tile: tuple[int, int, int, int]) -> None:
+    """The light behind everything, over one tile; for functions that are `in_render_thread`."""
+    target.light.use()
+    set_camera(background.program, shot.camera, (*tile[:2], *shot.fine))
+    background.draw()
 
 
 @in_render_thread
@@ -252,9 +259,7 @@ def lit_tiles(
             if environment is not None:
                 environment.use(Unit.ENVIRONMENT)
             if behind is not None:
-                target.light.use()
-                set_camera(behind.program, shot.camera, (*tile[:2], *shot.fine))
-                behind.draw()
+                draw_behind(behind, target, shot, tile)
             textures, units = [*target.seen], [Unit.POINT, Unit.NORMAL, Unit.COLOUR]
             if len(lit.suns):
                 textures += trace_suns(scene, lit.suns, shot.material, shot.camera, target)

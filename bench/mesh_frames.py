@@ -97,9 +97,9 @@ def picture(args: Namespace) -> dict:
             }
             shown = frame(scene, asset, light, backend="glsl", **look)
             pictures[name, f"{title}, {len(scene.faces):,} triangles"] = shown.rgb
-    _draw(args.output / "mesh-tessellation.png", args.picture_scenes, pictures)
+    _draw(args.output / "mesh-tessellation.jpg", args.picture_scenes, pictures)
     words = (
-        "![](mesh-tessellation.png)\n\nA ground of two triangles has four vertices: their light, interpolated, knows no shadow, "
+        "![](mesh-tessellation.jpg)\n\nA ground of two triangles has four vertices: their light, interpolated, knows no shadow, "
         f"and textures do; {mesh_scenes.FINE} squares a side bring vertices near to them. "
         f"Diffuse and glossy, {BANDS} bands, the light windowed against ringing."
     )

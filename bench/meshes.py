@@ -10,7 +10,7 @@
   8  rays      mesh rays beside Mitsuba's ray_test
 
 `--tables 1,4` runs some of them; what the others gave before stays on the page. `--share .02 --views 2 --frames 1` is a rehearsal.
-Writes mesh-tables.md, mesh-tables.json and mesh-tessellation.png.
+Writes mesh-tables.md, mesh-tables.json and mesh-tessellation.jpg.
 """
 
 import argparse

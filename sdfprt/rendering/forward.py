@@ -1,6 +1,7 @@
 """Pictures of tables: triangles are lit as they are drawn, in one pass over a tile; or, without OpenGL, by rays and numpy."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -8,7 +9,7 @@ from jaxtyping import Float
 from numpy import ndarray
 
 from sdfprt.core.opengl import context
-from sdfprt.imaging.shot import Shot
+from sdfprt.imaging.shot import Frame, Shot
 from sdfprt.light.light import Light
 from sdfprt.light.suns import Suns
 from sdfprt.material.lobes import reflects
@@ -35,8 +36,10 @@ def sun_textures(scene: MeshScene, suns: Suns, shot: Shot, target: Target, tile:
     return found
 
 
-def drawn(scene: MeshScene, light: Light, shot: Shot, lit: Callable[[Target, Tile], None]) -> Float[ndarray, "h w 4"]:
-    """The picture's radiance and alpha; `lit` draws one tile of samples to its target, whose depths are cleared.
+def drawn(
+    scene: MeshScene, light: Light, shot: Shot, dering: float, lit: Callable[[Target, Tile], None], held: Iterable[Any]
+) -> Frame:
+    """The picture of which `lit` draws one tile of samples to its target, whose depths are cleared; `held` is released after it.
 
     The light is in its unit where the material reflects it.
 
@@ -59,14 +62,12 @@ def drawn(scene: MeshScene, light: Light, shot: Shot, lit: Callable[[Target, Til
             lit(target, tile)
             fill(pixels, target.radiance, tile, shot.samples)
     finally:
-        if environment is not None:
-            environment.release()
-    return checked(pixels, scene)
+        for thing in (*held, *([] if environment is None else [environment])):
+            thing.release()
+    return _frame(pixels, scene, dering)
 
 
-def by_rays(
-    scene: MeshScene, light: Light, shot: Shot, lit: Callable[[rays.Seen], Float[ndarray, "n 3"]]
-) -> Float[ndarray, "h w 4"]:
+def by_rays(scene: MeshScene, light: Light, shot: Shot, dering: float, lit: Callable[[rays.Seen], Float[ndarray, "n 3"]]) -> Frame:
     """The same where `lit` gives the radiance of what the camera's rays meet."""
     seen = rays.seen(scene, shot.camera, shot.size, shot.samples)
     values = lit(seen)
@@ -77,4 +78,10 @@ def by_rays(
         directions = shot.camera.rays(shot.size, shot.samples)[1]
         fine[~seen.mask, :3] = light.radiance(directions[~seen.mask])
     cells = (shot.size[1], shot.samples, shot.size[0], shot.samples, 4)
-    return checked(fine.reshape(cells).mean(axis=(1, 3)), scene)
+    return _frame(fine.reshape(cells).mean(axis=(1, 3)), scene, dering)
+
+
+def _frame(pixels: Float[ndarray, "h w 4"], scene: MeshScene, dering: float) -> Frame:
+    """Radiance and alpha as a renderer gives them. Raises SdfprtError where they are not finite."""
+    checked(pixels, scene)
+    return Frame(pixels[..., :3], pixels[..., 3], dering)

@@ -36,7 +36,6 @@ LIST = ("list",)
 MESH_VERTEX = ("pinhole", "mesh_vertex")
 GOURAUD_VERTEX = ("pinhole", "sh", "latlong", "reflection", "shade", "gouraud_vertex")
 GOURAUD = ("sh", "latlong", "reflection", "shade", "gouraud")
-TEXTURED_VERTEX = ("pinhole", "textured_vertex")
 TEXTURED = ("relief", "sh", "latlong", "reflection", "shade", "textured")
 MESH_DEPTH = ("mesh_depth",)
 MESH_SURFACE = ("relief", "mesh_surface")
@@ -150,9 +149,9 @@ def sunlight_stage(scene: Scene, pieces: tuple[str, ...], group: int = 1) -> str
     return "\n".join([ours, renamed(ours, scene.shader_source), "#line 1", scene.shader_source])
 
 
-def fixed_fragment(pieces: tuple[str, ...]) -> str:
-    """A pass without anything of the scene's or the network's: FREE or BACKGROUND."""
-    return "\n".join([VERSION, join(pieces)])
+def fixed_stage(pieces: tuple[str, ...], *options: str) -> str:
+    """A stage without anything of the scene's or the network's, such as FREE or MESH_VERTEX, with these options of its pieces."""
+    return "\n".join([VERSION, *(f"#define {name}" for name in options), join(pieces)])
 
 
 def light_compute(net: AnyNet, variant: Variant) -> str:

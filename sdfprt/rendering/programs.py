@@ -25,12 +25,11 @@ from sdfprt.rendering.pieces import (
     SUNLIGHT,
     SURFACE,
     TEXTURED,
-    TEXTURED_VERTEX,
     VERSION,
     VOLUME_LIGHT,
     Variant,
     defines,
-    fixed_fragment,
+    fixed_stage,
     light_compute,
     light_pieces,
     lit_stage,
@@ -151,14 +150,14 @@ class Programs:
 
     def fixed_program(self, pieces: tuple[str, ...]) -> FullScreen:
         """The program of a pass without anything of the scene's or the network's: FREE or BACKGROUND."""
-        return self._full_screen(pieces[-1], lambda: fixed_fragment(pieces), pieces, pieces[-1])
+        return self._full_screen(pieces[-1], lambda: fixed_stage(pieces), pieces, pieces[-1])
 
     def mesh_program(self, pieces: tuple[str, ...]) -> moderngl.Program:
         """The program of a pass over a mesh's triangles: MESH_DEPTH or MESH_SURFACE."""
 
         def compiled() -> moderngl.Program:
             with _placed(pieces, pieces[-1]):
-                return context().program(vertex_shader=fixed_fragment(MESH_VERTEX), fragment_shader=fixed_fragment(pieces))
+                return context().program(vertex_shader=fixed_stage(MESH_VERTEX), fragment_shader=fixed_stage(pieces))
 
         return self.mesh_programs.get(pieces, compiled)
 
@@ -178,7 +177,7 @@ class Programs:
         def compiled() -> moderngl.Program:
             with _placed(TEXTURED, "textured"):
                 fragments = lit_stage(TEXTURED, bands, variant)
-                return context().program(vertex_shader=fixed_fragment(TEXTURED_VERTEX), fragment_shader=fragments)
+                return context().program(vertex_shader=fixed_stage(MESH_VERTEX, "TEXTURED"), fragment_shader=fragments)
 
         return self.mesh_programs.get(("textured", str(bands), str(variant)), compiled)
 

@@ -137,12 +137,7 @@ def draw(scene: MeshScene, table: TextureTable, light: Light, shot: Shot) -> Fra
                 mesh_surface.dress(program, there.mesh, there.buffers, group, albedo, exponent)
                 array.render(moderngl.TRIANGLES, vertices=group.count, first=group.first)
 
-    try:
-        pixels = drawn(scene, light, shot, lit)
-    finally:
-        for thing in held:
-            thing.release()
-    return Frame(pixels[..., :3], pixels[..., 3], given.dering)
+    return drawn(scene, light, shot, given.dering, lit, held)
 
 
 def draw_by_rays(scene: MeshScene, table: TextureTable, light: Light, shot: Shot) -> Frame:
@@ -183,8 +178,7 @@ def draw_by_rays(scene: MeshScene, table: TextureTable, light: Light, shot: Shot
                 )
         return values
 
-    pixels = by_rays(scene, light, shot, lit)
-    return Frame(pixels[..., :3], pixels[..., 3], given.dering)
+    return by_rays(scene, light, shot, given.dering, lit)
 
 
 def looked_up(

@@ -69,7 +69,7 @@ def draw(scene: MeshScene, table: VertexTable, light: Light, shot: Shot) -> Fram
     there: VertexBuffers = programs().meshes.get(table.digest + scene.look, lambda: VertexBuffers(scene, table))
     buffers = there.buffers
     array = buffers.array(program, (there.back, "1i", "otherRow"))
-    held: list = [array, *set_light(program, variant, table.bands, given.coefficients)]
+    held = [array, *set_light(program, variant, table.bands, given.coefficients)]
     albedo, exponent, specular = mesh_surface.look_of(scene, material)
     if reflects(material):
         set_environment(program, light)
@@ -90,12 +90,7 @@ def draw(scene: MeshScene, table: VertexTable, light: Light, shot: Shot) -> Fram
                     set_uniforms(program, otherSide=other)
                     array.render(moderngl.TRIANGLES, vertices=group.count, first=group.first)
 
-    try:
-        pixels = drawn(scene, light, shot, lit)
-    finally:
-        for thing in held:
-            thing.release()
-    return Frame(pixels[..., :3], pixels[..., 3], given.dering)
+    return drawn(scene, light, shot, given.dering, lit, held)
 
 
 def draw_by_rays(scene: MeshScene, table: VertexTable, light: Light, shot: Shot) -> Frame:
@@ -127,8 +122,7 @@ def draw_by_rays(scene: MeshScene, table: VertexTable, light: Light, shot: Shot)
             values += shading.reflection(shot.material, seen.normals, -seen.directions, environment)
         return values
 
-    pixels = by_rays(scene, light, shot, lit)
-    return Frame(pixels[..., :3], pixels[..., 3], given.dering)
+    return by_rays(scene, light, shot, given.dering, lit)
 
 
 def _lit(

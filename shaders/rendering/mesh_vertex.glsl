@@ -1,4 +1,4 @@
-// A mesh's vertex, with what mesh_surface.glsl interpolates.
+// A mesh's vertex, with what mesh_surface.glsl interpolates, and with TEXTURED what textured.glsl does.
 vec4 toPicture(vec3 place);
 in vec3 place;
 in vec3 direction;
@@ -6,6 +6,12 @@ in vec2 coordinates;
 in vec3 paint;
 in vec4 tangent;
 in vec2 reliefCoordinates;
+#ifdef TEXTURED
+in vec2 transferCoordinates;  // of the vertex in the transfer textures
+in ivec2 transferLayers;      // of its front and of its back
+out vec2 transferAt;
+flat out ivec2 layersHere;
+#endif
 out vec3 worldPoint;
 out vec3 worldNormal;
 out vec2 pictureAt;
@@ -22,4 +28,8 @@ void main() {
     vertexPaint = paint;
     worldTangent = tangent;
     reliefAt = reliefCoordinates;
+#ifdef TEXTURED
+    transferAt = transferCoordinates;
+    layersHere = transferLayers;
+#endif
 }

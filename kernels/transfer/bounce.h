@@ -1,14 +1,9 @@
 // One bounce more of a row of a table an item: T_i = integral of (1 - V) albedo/pi T_i(q) max(n.w, 0) dw, q what the ray meets, T(q)
 // interpolated from the table before (Gentle Introduction to PRT, 6.2.6.3). The albedo is the met triangle's.
 {
-    Tree tree(handles.data);
     const int width = 3 * coefficients;  // floats a row, coefficients padded to whole packets
     F sum[3 * 64 / SDFPRT_LANES];
     for (int i = 0; i < width / SDFPRT_LANES; i++) sum[i] = Simd::splat(0.0f);
-    const float* p = points.data + 3 * item;
-    const float* n = normals.data + 3 * item;
-    const F ox = Simd::splat(p[0] + n[0] * lift), oy = Simd::splat(p[1] + n[1] * lift), oz = Simd::splat(p[2] + n[2] * lift);
-    const Directions directions(n, numbers.data[item], seed, sequence.data, rays);
     for (int at = 0; at < rays; at += SDFPRT_LANES) {
         F x, y, z;
         M used;

@@ -3,15 +3,10 @@
 // each triangle's front and back, -1 for none: the inside of a closed body sends nothing. `flats` are unit normals of the triangles that
 // the points lie on: what a normal map or smooth normals bring below them meets the surface itself, and nothing comes from there.
 {
-    Tree tree(handles.data);
     Projection projection;
     F sum[3][64];
     for (int c = 0; c < 3; c++)
         for (int i = 0; i < bands * bands; i++) sum[c][i] = Simd::splat(0.0f);
-    const float* p = points.data + 3 * item;
-    const float* n = normals.data + 3 * item;
-    const F ox = Simd::splat(p[0] + n[0] * lift), oy = Simd::splat(p[1] + n[1] * lift), oz = Simd::splat(p[2] + n[2] * lift);
-    const Directions directions(n, numbers.data[item], seed, sequence.data, rays);
     float dx[SDFPRT_SHARE], dy[SDFPRT_SHARE], dz[SDFPRT_SHARE], light[3][SDFPRT_SHARE];
     for (int batch = 0; batch < rays; batch += SDFPRT_SHARE) {
         const int share = rays - batch < SDFPRT_SHARE ? rays - batch : SDFPRT_SHARE;

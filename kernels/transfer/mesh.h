@@ -1,13 +1,8 @@
 // Transfer of a point of a mesh an item: T_i = integral of V max(n.w, 0) y_i(w) dw by cosine-weighted directions, V by Embree.
 {
-    Tree tree(handles.data);
     Projection projection;
     F sum[64];
     for (int i = 0; i < bands * bands; i++) sum[i] = Simd::splat(0.0f);
-    const float* p = points.data + 3 * item;
-    const float* n = normals.data + 3 * item;
-    const F ox = Simd::splat(p[0] + n[0] * lift), oy = Simd::splat(p[1] + n[1] * lift), oz = Simd::splat(p[2] + n[2] * lift);
-    const Directions directions(n, numbers.data[item], seed, sequence.data, rays);
     float dx[SDFPRT_SHARE], dy[SDFPRT_SHARE], dz[SDFPRT_SHARE], open[SDFPRT_SHARE];
     const Fan fan = {dx, dy, dz, open};
     for (int batch = 0; batch < rays; batch += SDFPRT_SHARE) {

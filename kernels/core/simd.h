@@ -124,13 +124,12 @@ struct Simd {
 #endif
 
     // Products and sums. The compiler never rounds the two together by itself (kernels.py): in a field that would be another field
-    // in each kernel. GLSL's fma rounds twice on the CPU, as OpenGL's CPU driver does.
+    // in each kernel. GLSL's fma rounds twice, as OpenGL's CPU driver does, on CUDA too: a field is the same to the bit there.
+    static inline CUDA_CALLABLE F fma(F a, F b, F c) { return a * b + c; }
+    // Of our own sums: rounded once where the processor can do that
 #if defined(__CUDA_ARCH__)
-    static inline CUDA_CALLABLE F fma(F a, F b, F c) { return fmaf(a, b, c); }
     static inline CUDA_CALLABLE F mad(F a, F b, F c) { return fmaf(a, b, c); }
 #else
-    static inline F fma(F a, F b, F c) { return a * b + c; }
-    // Of our own sums: rounded once where the processor can do that
     static inline F mad(F a, F b, F c) {
 #if defined(__FMA__) || defined(__aarch64__)
         return __builtin_elementwise_fma(a, b, c);

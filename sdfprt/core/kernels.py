@@ -193,9 +193,10 @@ def _kernel(where: str, scene: str, pieces: tuple[str, ...], arguments: tuple, f
     linecache.cache[path] = (len(source), None, source.splitlines(keepends=True), path)
     exec(compile(source, path, "exec"), scope)
     scope[f"native_{key}"] = wp.func_native(text)(scope[f"native_{key}"])
-    made = wp.kernel(enable_backward=False, module="unique")(scope[f"kernel_{key}"])
-    made.module.options["cpu_compiler_flags"] = _FLAGS
-    made.module.options["fuse_fp"] = False  # on CUDA too, where compilers fuse by default
+    # Options go in here: Warp keeps those of CUDA when it makes the kernel, and what is set on its module later is not read. CUDA's
+    # compiler fuses products and sums by default.
+    options = {"cpu_compiler_flags": _FLAGS, "fuse_fp": fused and where.startswith("cuda")}
+    made = wp.kernel(enable_backward=False, module="unique", module_options=options)(scope[f"kernel_{key}"])
     made.textures = textures
     made.loaded = set()  # places where it has been compiled
     return made

@@ -1,6 +1,7 @@
 """Kernels with one lane, as CUDA has them, compute on the CPU what those with sixteen do."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +15,7 @@ from sdfprt.core.errors import SdfprtError
 from sdfprt.material.lobes import DiffusePhong
 from sdfprt.sdf import lattice, trace
 from sdfprt.sdf.colour import colours
+from sdfprt.sdf.compiled import distance_kernel
 from sdfprt.truth.path_tracing import reference_image
 
 GLSL = """
@@ -83,6 +85,20 @@ def test_path_traced_pictures_agree_within_their_noise(scene: Scene, scalar):
     both = (ours.alpha > 0) & (one.alpha > 0)
     z = (ours.rgb - one.rgb)[both] / np.sqrt(ours.standard_error**2 + one.standard_error**2 + 1e-12)[both]
     assert abs(z.mean()) < 0.3 and 0.7 < z.std() < 1.4
+
+
+def test_a_field_on_cuda_rounds_every_product_and_sum_as_on_a_cpu(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Hash noise multiplies by thousands: one fused product made another field of it for a fifth of the points on a card."""
+    glsl = "float sdf(vec3 p) { p = fract(p * 0.3183099 + 0.1); return mix(length(p), sin(17.0 * p.x * p.y), fract(p.z)); }"
+    monkeypatch.setattr(kernels, "device", lambda: "cuda")
+    made = distance_kernel(Scene(glsl=glsl).native)
+    # What a launch compiles by: Warp has settled it when the kernel is made
+    assert all(not options["fuse_fp"] for options in made.module.resolved_options.values())
+    kernels.warp().compile_aot_module(made.module, arch=90, module_dir=tmp_path, use_ptx=True)
+    (compiled,) = tmp_path.glob("*.ptx")
+    text = compiled.read_bytes().decode(errors="replace")
+    assert "mul.rn.f32" in text and "sqrt.rn.f32" in text
+    assert not re.search(r"fma\.|mul\.f32|add\.f32|\.approx|\.ftz", text)
 
 
 @pytest.mark.parametrize("name", ["gpu", "cuda:99"])

@@ -303,10 +303,30 @@ class Look:
 
 
 @dataclass(frozen=True)
-class Showing:
-    """How radiance becomes a PNG: imaging.image.write."""
+class Canvas:
+    """The samples of a picture, and whether the light is seen behind the scene."""
+
+    size: Size = DEFAULT_SIZE
+    samples: Samples = settings.Render.samples
+    background: Background = Switch.auto
+
+    def options(self, for_eyes: bool) -> dict[str, Any]:
+        """Fields of imaging.shot.Shot, as a picture for the eye or a measurement has them."""
+        background = self.background.decided(for_eyes)
+        return {"size": pixels(self.size), "samples": self.samples, "background": background}
+
+
+@dataclass(frozen=True)
+class Exposing:
+    """How bright a picture for the eye is."""
 
     exposure: Exposure = settings.Render.exposure
+
+
+@dataclass(frozen=True)
+class Showing(Exposing):
+    """How radiance becomes a PNG: imaging.image.write."""
+
     tonemap: Annotated[Curve, typer.Option("--tonemap", help="The tone curve; not in EXR.")] = Curve.shoulder
     bloom: Annotated[
         float, typer.Option("--bloom", min=0, max=1, help="Share of the light above white that makes a halo; not in EXR.")
@@ -320,15 +340,26 @@ class Showing:
 
 
 @dataclass(frozen=True)
-class Joining:
-    """How light is joined with transfer: imaging.shot.Lighting."""
+class Lighting:
+    """How light is taken: what imaging.shot.Lighting has for every renderer."""
 
     dering: Dering = Switch.auto
+    suns: Suns = settings.Render.suns
+    gloss: GlossName = None
+
+    def options(self, for_eyes: bool) -> dict[str, Any]:
+        """Fields of imaging.shot.Lighting, as a picture for the eye or a measurement has them."""
+        gloss = self.gloss.value if self.gloss else None
+        return {"dering": self.dering.decided(for_eyes), "suns": read_suns(self.suns), "gloss": gloss}
+
+
+@dataclass(frozen=True)
+class Joining(Lighting):
+    """How light is joined with transfer: all of imaging.shot.Lighting."""
+
     product: Annotated[
         Product, typer.Option("--product", help="tpfl: the light fixed in one matrix a frame; tp: the whole triple product.")
     ] = Product.tpfl
-    suns: Suns = settings.Render.suns
-    gloss: GlossName = None
     light_bands: Annotated[
         int | None, typer.Option("--light-bands", min=1, max=10, help="SH bands of the light; default: those of transfer.")
     ] = None
@@ -338,16 +369,9 @@ class Joining:
     colours: Colours = None
 
     def options(self, for_eyes: bool) -> dict[str, Any]:
-        """Fields of imaging.shot.Lighting, as a picture for the eye or a measurement has them."""
-        return {
-            "dering": self.dering.decided(for_eyes),
-            "product": self.product.value,
-            "suns": read_suns(self.suns),
-            "gloss": self.gloss.value if self.gloss else None,
-            "light_bands": self.light_bands,
-            "result_bands": self.result_bands,
-            "colours": read_table(self.colours),
-        }
+        bands = {"light_bands": self.light_bands, "result_bands": self.result_bands}
+        more = {"product": self.product.value, **bands, "colours": read_table(self.colours)}
+        return super().options(for_eyes) | more
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from sdfprt.cli.options import (
     DEFAULT_SIZE,
     Albedo,
     Backend,
-    Background,
     Bounces,
+    Canvas,
     CellCount,
     Cluster,
     Colours,
@@ -30,7 +30,6 @@ from sdfprt.cli.options import (
     Size,
     Specular,
     Suns,
-    Switch,
     Weights,
     keep_apart,
     picture,
@@ -53,10 +52,8 @@ def render(
     weights: Weights,
     look: Look,
     joining: Joining,
+    canvas: Canvas,
     showing: Showing,
-    size: Size = DEFAULT_SIZE,
-    samples: Samples = settings.Render.samples,
-    background: Background = Switch.auto,
     backend: Annotated[Backend, typer.Option("--backend", help="auto: by measured cost; warp needs no OpenGL.")] = Backend.auto,
 ) -> None:
     """Render with learnt transfer; bakes first where no asset exists."""
@@ -65,7 +62,7 @@ def render(
 
     for_eyes = picture(output).suffix.lower() == ".png"
     keep_apart({"-o": output}, [scene, look.light, weights.asset])
-    resolution = pixels(size)
+    drawn = canvas.options(for_eyes)
     loaded = look.dress(reading.load(scene, {"-o": output}))
     light, material, camera = look.read_light().rotated(yaw=look.yaw), look.read_material(loaded), look.read_camera(loaded)
     found = frame(
@@ -74,10 +71,8 @@ def render(
         light,
         material=material,
         camera=camera,
-        size=resolution,
-        samples=samples,
-        background=background.decided(for_eyes),
         backend=backend.value,
+        **drawn,
         **joining.options(for_eyes),
     )
     if found.dering > 0:

@@ -9,21 +9,18 @@ import typer
 
 from sdfprt.cli.options import (
     DEFAULT_LIGHT,
-    DEFAULT_SIZE,
-    Background,
     Bounces,
+    Canvas,
     Layout,
     LightLayout,
     LightName,
     Look,
     Output,
     Reading,
-    Samples,
     SceneName,
     Seed,
     Showing,
     Size,
-    Switch,
     Yaw,
     keep_apart,
     picture,
@@ -41,16 +38,14 @@ def reference(
     output: Output,
     reading: Reading,
     look: Look,
+    canvas: Canvas,
     showing: Showing,
-    size: Size = DEFAULT_SIZE,
-    samples: Samples = settings.Render.samples,
     spp: Annotated[int, typer.Option(min=1, help="Light paths a pixel.")] = settings.Reference.spp,
     bounces: Annotated[int, typer.Option(help="Interreflections; 0 is direct light.")] = settings.Reference.bounces,
     error: Annotated[Path | None, typer.Option(metavar="OUT.exr", help="Write each pixel's standard error.")] = None,
     checkpoint: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Keep the passes here, to go on to more spp; default: until it is done.")
     ] = None,
-    background: Background = Switch.auto,
     seed: Seed = 0,
 ) -> None:
     """Ground truth by path tracing the SDF itself: no SH, no network. A call that was stopped goes on where it was."""
@@ -65,7 +60,7 @@ def reference(
     passes = checkpoint or output.with_name(output.name + ".passes")
     outputs = {"-o": output, "--error": error, "--checkpoint": passes}
     keep_apart(outputs, [scene, look.light])
-    resolution = pixels(size)
+    drawn = canvas.options(for_eyes)
     loaded = look.dress(reading.load(scene, outputs))
     light, material, camera = look.read_light().rotated(yaw=look.yaw), look.read_material(loaded), look.read_camera(loaded)
     result = reference_image(
@@ -73,14 +68,12 @@ def reference(
         light,
         material,
         camera=camera,
-        size=resolution,
-        samples=samples,
         spp=spp,
         bounces=bounces,
         seed=seed,
         checkpoint=passes,
         keep=checkpoint is not None,
-        background=background.decided(for_eyes),
+        **drawn,
     )
     write(output, result.rgb, alpha=None if for_eyes else result.alpha, **showing.options(output))
     if error is not None:

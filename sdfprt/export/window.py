@@ -15,7 +15,7 @@ from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
 from sdfprt.export.page import page_fragment
 from sdfprt.imaging.camera import Camera
-from sdfprt.imaging.shot import Lighting
+from sdfprt.imaging.shot import Lighting, compose
 from sdfprt.light.light import Light, lights
 from sdfprt.light.prepared import prepare
 from sdfprt.material.colours import bounced
@@ -111,10 +111,16 @@ class Painter:
     """Draws looks of one scene into the framebuffer in use of an OpenGL context."""
 
     def __init__(
-        self, gl: moderngl.Context, scene: Scene, net: TransferNet, choices: list[Light], lighting: Lighting | None = None
+        self,
+        gl: moderngl.Context,
+        scene: Scene,
+        net: TransferNet,
+        choices: list[Light],
+        lighting: Lighting | None = None,
+        samples: int = settings.Render.samples,
     ) -> None:
-        self.lighting = replace(lighting or Lighting(), dering=True)
-        self.gl, self.scene, self.net, self.choices = gl, scene, net, choices
+        self.lighting = lighting or Lighting(dering=True)
+        self.gl, self.scene, self.net, self.choices, self.samples = gl, scene, net, choices, samples
         self.weights = network_texture(gl, net)
         self.textures = [scene_texture(gl, texels) for texels in scene.texels.values()]
         self.maps = [environment_texture(gl, light) for light in choices]
@@ -170,7 +176,7 @@ class Painter:
             raise SdfprtError(f"{self.scene.file}: the OpenGL driver does not take the shader: {error}") from None
         textures = scene_samplers(list(self.scene.texels))
         fixed = {**scene_uniforms(self.scene), **shadow_uniforms(self.scene), **network_uniforms(self.net)}
-        set_uniforms(program, {**fixed, **textures}, samples=1, keepLoops=1, **fixed, **textures)
+        set_uniforms(program, {**fixed, **textures}, samples=self.samples, keepLoops=1, **fixed, **textures)
         return program, self.gl.vertex_array(program, [])
 
 
@@ -182,23 +188,26 @@ def view(
     material: Material | None = None,
     camera: Camera | None = None,
     size: tuple[int, int] = (settings.Render.width, settings.Render.height),
+    samples: int = settings.Render.samples,
     exposure: float = settings.Render.exposure,
+    background: bool = True,
+    dering: bool = True,
     suns: str | int = settings.Render.suns,
     gloss: str | None = None,
 ) -> None:
     """Open a window and stay until it is closed; KEYS says what mouse and keys do.
 
-    Raises SdfprtError without a display, without the `glfw` package and without OpenGL 4.3.
+    It starts as `render` would draw a PNG with the same arguments. Raises SdfprtError for values out of range, without a display,
+    without the `glfw` package and without OpenGL 4.3.
     """
-    lighting = Lighting(suns=suns, gloss=gloss)
+    shot = compose(scene, material, camera, size, samples, background, dering=dering, suns=suns, gloss=gloss)
     glfw = need_display(scene)
     choices = [light, *(Light.load(name) for name in lights() if name != light.name)]
-    start = Look(camera or scene.camera, material or scene.material, 0, yaw, exposure)
+    start = Look(shot.camera, shot.material, 0, yaw, exposure, background)
     window = _window(glfw, scene, size)
     try:
-        painter = Painter(
-            moderngl.create_context(require=430), scene, one_network_of(asset, scene, "the window"), choices, lighting
-        )
+        net = one_network_of(asset, scene, "the window")
+        painter = Painter(moderngl.create_context(require=430), scene, net, choices, shot.lighting, samples)
         _loop(glfw, window, painter, start)
     finally:
         glfw.terminate()

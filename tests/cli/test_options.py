@@ -1,6 +1,7 @@
 """Flags: what is no number is refused, outputs stay apart, and every verb of a scene takes the shared ones."""
 
 import inspect
+import itertools
 import subprocess
 import sys
 from collections.abc import Callable
@@ -34,6 +35,21 @@ def test_every_verb_has_traceback_and_every_verb_of_a_scene_how_to_read_it():
         assert "--traceback" in flags, name
         if any(parameter.name in ("scene", "scenes") for parameter in command.params):
             assert {"--bounds", "--up", "--define"} <= flags, name
+
+
+def test_what_several_verbs_take_has_one_order_one_help_and_one_default():
+    verbs = ("render", "reference", "export", "view")
+    own = {"spp", "bounces", "seed"}  # bounces of paths, not of transfer
+    given = {name: {each.name: each for each in COMMANDS[name].params if each.name not in own} for name in verbs}
+    for first, second in itertools.combinations(verbs, 2):
+        shared = [name for name in given[first] if name in given[second] and name != "output"]
+        assert shared == [name for name in given[second] if name in shared], (first, second)
+        for name in shared:
+            one, other = given[first][name], given[second][name]
+            assert (one.opts, one.help, one.default) == (other.opts, other.help, other.default), name
+    shared = {"size", "samples", "background", "exposure"}
+    assert all(shared <= set(given[name]) for name in verbs)
+    assert all({"dering", "suns", "gloss"} <= set(given[name]) for name in verbs if name != "reference")
 
 
 def test_bake_has_a_flag_for_every_argument_of_the_function():

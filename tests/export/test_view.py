@@ -77,11 +77,11 @@ def test_keys_change_what_they_say_and_nothing_else():
 
 
 @in_render_thread
-def _painted(scene: Scene, look: Look, choices: list[Light], net: TransferNet = NET) -> np.ndarray:
+def _painted(scene: Scene, look: Look, choices: list[Light], net: TransferNet = NET, samples: int = 1) -> np.ndarray:
     gl = context()
     target = gl.framebuffer([gl.texture(SIZE, 4, dtype="f4")])
     target.use()
-    Painter(gl, scene, net, choices).draw(look, SIZE)
+    Painter(gl, scene, net, choices, samples=samples).draw(look, SIZE)
     return np.frombuffer(target.read(components=3, dtype="f4"), np.float32).reshape(SIZE[1], SIZE[0], 3)[::-1]
 
 
@@ -93,6 +93,14 @@ def test_the_window_shows_what_render_draws(material):
     drawn = frame(SCENE, NET, choices[1].rotated(yaw=25), material, look.camera, SIZE, dering=True, background=True)
     expected = tone.srgb_encode(tone.tone_map(drawn.rgb, 0.7))
     assert 10 * np.log10(1 / ((got - expected) ** 2).mean()) > 50
+
+
+def test_the_window_takes_as_many_samples_as_render_and_the_darkness_behind():
+    look, light = replace(LOOK, background=False), Light.load("studio")
+    drawn = frame(SCENE, NET, light, look.material, look.camera, SIZE, samples=2, dering=True)
+    expected = tone.srgb_encode(tone.tone_map(drawn.rgb))
+    assert 10 * np.log10(1 / ((_painted(SCENE, look, [light], samples=2) - expected) ** 2).mean()) > 50
+    assert 10 * np.log10(1 / ((_painted(SCENE, look, [light]) - expected) ** 2).mean()) < 40
 
 
 def test_the_window_shows_bounced_light():

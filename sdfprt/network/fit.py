@@ -10,9 +10,10 @@ a Newton-Schulz iteration (Jordan et al. 2024), here in float32, since CPUs lack
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
-from itertools import pairwise
+from itertools import islice, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -32,17 +33,16 @@ from sdfprt.material.colours import Bounces
 from sdfprt.network.cells import CellNets
 from sdfprt.network.importance import coefficient_weights, importance
 from sdfprt.network.mlp import OPEN_BANDS, TransferNet, encode, open_sky
-from sdfprt.network.optimizer import Descent, descend, matrices
+from sdfprt.network.optimizer import BETAS, MOMENTUM, TINY, Descent, descend, matrices
+from sdfprt.network.stacked import STRETCH, Stack
 from sdfprt.network.stored import LAYERS, OCTAVES, WIDTHS
 
 Samples = tuple[ndarray, ndarray, ndarray]
 _HELD_OUT = 20  # every 20th sample is kept for validation where the caller gives none
 _WARM_UP = 0.1  # share of the steps in which the learning rate rises
-_STRIDE = 50  # steps after which the clock is read
+_STRIDE = STRETCH  # steps after which the clock is read
 _LOOK = 200  # steps after which the validation error is compared with the target
 _CHUNK = 65_536  # samples that are encoded together
-_MOMENTUM = 0.95  # of Muon: share of the old gradient in the mean
-_BETAS = (0.9, 0.99)  # of Adam: the same for the mean and for the mean of squares
 
 
 @checked(
@@ -148,20 +148,24 @@ def fit_transfer(
     )
     slopes = 2 * counted * to_scale.square() / batch
     with (
-        descend(sizes, state["weights"], state["biases"], features, target, slopes, Fit.outlier) as descent,
+        _stepping(state, sizes, features, target, slopes, batch) as (run, settle),
         progress.track(label or f"fit k={width}", steps) as advance,
     ):
         advance(start)
-        for step, rows in zip(range(start, steps), _batches(seen, batch, seed, start), strict=False):
-            _update(state, descent, rows, step, rate * _cycle(step / steps))
-            if (step + 1) % _STRIDE == 0:
-                advance(_STRIDE)
-                if checkpoint and time.monotonic() - saved > Fit.seconds:
-                    _store(checkpoint, state, step + 1)
-                    saved = time.monotonic()
-            done = step + 1
-            if target_psnr and done % _LOOK == 0 and measure(network(), *validation, hidden)["validation_psnr"] >= target_psnr:
-                break
+        batches = _batches(seen, batch, seed, start)
+        while done < steps:
+            first, done = done, min(done - done % _STRIDE + _STRIDE, steps)
+            run(list(islice(batches, done - first)), first, [rate * _cycle(step / steps) for step in range(first, done)])
+            advance(done - first)
+            if checkpoint and done % _STRIDE == 0 and time.monotonic() - saved > Fit.seconds:
+                settle()
+                _store(checkpoint, state, done)
+                saved = time.monotonic()
+            if target_psnr and done % _LOOK == 0:
+                settle()
+                if measure(network(), *validation, hidden)["validation_psnr"] >= target_psnr:
+                    break
+        settle()
 
     net = network()
     about = {"samples": len(x), "steps": done, "batch": batch, "seed": seed, **measure(net, *validation, hidden)}
@@ -230,18 +234,36 @@ def _cycle(t: float) -> float:
     return t / _WARM_UP if t < _WARM_UP else 0.5 + 0.5 * math.cos(math.pi * (t - _WARM_UP) / (1 - _WARM_UP))
 
 
+@contextmanager
+def _stepping(
+    state: dict[str, torch.Tensor], sizes: list[int], features: torch.Tensor, target: torch.Tensor, slopes: torch.Tensor, batch: int
+) -> Iterator[tuple[Callable[[list[torch.Tensor], int, list[float]], None], Callable[[], None]]]:
+    """What runs steps, given the rows of each, the number of the first and their rates; and what then brings `state` up to date."""
+    if state["weights"].device.type == "cuda":
+        stack = Stack(sizes, state, features, target, slopes, batch)
+        yield stack.run, stack.settle
+        return
+    with descend(sizes, state["weights"], state["biases"], features, target, slopes) as descent:
+
+        def run(batches: list[torch.Tensor], first: int, rates: list[float]) -> None:
+            for k, (rows, rate) in enumerate(zip(batches, rates, strict=True)):
+                _update(state, descent, rows, first + k, rate)
+
+        yield run, lambda: None
+
+
 @torch.no_grad()
 def _update(state: dict[str, torch.Tensor], descent: Descent, rows: torch.Tensor, step: int, rate: float) -> None:
     """One step of Muon on the matrices, which decay, and of Adam on the biases, in place."""
     by_weights, by_biases = descent.gradients(rows)
-    state["momentum"].lerp_(by_weights, 1 - _MOMENTUM)
-    turned = descent.orthogonal(torch.lerp(by_weights, state["momentum"], _MOMENTUM))
+    state["momentum"].lerp_(by_weights, 1 - MOMENTUM)
+    turned = descent.orthogonal(torch.lerp(by_weights, state["momentum"], MOMENTUM))
     for w, g in zip(matrices(state["weights"], descent.sizes), matrices(turned, descent.sizes), strict=True):
         w.mul_(1 - Fit.decay * rate).add_(g, alpha=-rate * math.sqrt(max(1, g.shape[0] / g.shape[1])))
 
-    mean, square = state["mean"].lerp_(by_biases, 1 - _BETAS[0]), state["square"].lerp_(by_biases.square(), 1 - _BETAS[1])
-    unbiased = [m / (1 - beta ** (step + 1)) for m, beta in zip((mean, square), _BETAS, strict=True)]
-    state["biases"].add_(unbiased[0] / (unbiased[1].sqrt() + 1e-10), alpha=-rate * Fit.bias_share)
+    mean, square = state["mean"].lerp_(by_biases, 1 - BETAS[0]), state["square"].lerp_(by_biases.square(), 1 - BETAS[1])
+    unbiased = [m / (1 - beta ** (step + 1)) for m, beta in zip((mean, square), BETAS, strict=True)]
+    state["biases"].add_(unbiased[0] / (unbiased[1].sqrt() + TINY), alpha=-rate * Fit.bias_share)
 
 
 def _store(path: Path, state: dict[str, torch.Tensor], step: int) -> None:

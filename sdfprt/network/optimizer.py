@@ -21,6 +21,9 @@ from sdfprt.network.mlp import SLOPE, activate
 
 _SHARES = 2  # of a batch, computed side by side; always as many, whatever the machine, so that sums stay equal to the bit
 _TILE, _LAYERS = 64, 32  # as in kernels/network/gradient.h
+MOMENTUM = 0.95  # of Muon: share of the old gradient in the mean
+BETAS = (0.9, 0.99)  # of Adam: the same for the mean and for the mean of squares
+TINY = 1e-10  # divides beside the root of Adam's mean of squares
 _QUINTIC = ((3.4445, -4.7750, 2.0315),) * 5  # as in kernels/network/orthogonal.h
 
 
@@ -82,24 +85,24 @@ def by_torch(
             layers = list(zip(matrices(w, sizes), b.split(list(sizes[1:])), strict=True))
             values = activate(layers, features[rows])
             errors = torch.nn.functional.huber_loss(values, target[rows], reduction="none", delta=outlier)
-            by_weights, by_biases = torch.autograd.grad((slopes * errors).sum(), (w, b))
+            by_weights, by_biases = torch.autograd.grad(errors, (w, b), slopes.expand_as(errors))
         return by_weights, by_biases
 
-    def orthogonal(flat: Tensor) -> Tensor:
-        return torch.cat([_orthogonal(matrix).flatten() for matrix in matrices(flat, sizes)])
+    def directions(flat: Tensor) -> Tensor:
+        return torch.cat([orthogonal(matrix[None]).flatten() for matrix in matrices(flat, sizes)])
 
-    return Descent(sizes, gradients, orthogonal)
+    return Descent(sizes, gradients, directions)
 
 
-def _orthogonal(g: Float[Tensor, "m n"]) -> Float[Tensor, "m n"]:
-    """U V^T of g's singular value decomposition, roughly: five turns of a quintic iteration (Jordan et al. 2024)."""
-    tall = g.shape[0] > g.shape[1]
-    x = g.T if tall else g
-    x = x / (x.norm() + 1e-12)
+def orthogonal(g: Float[Tensor, "s m n"]) -> Float[Tensor, "s m n"]:
+    """U V^T of each g's singular value decomposition, roughly: five turns of a quintic iteration (Jordan et al. 2024)."""
+    tall = g.shape[1] > g.shape[2]
+    x = g.mT if tall else g
+    x = x / (torch.linalg.vector_norm(x, dim=(1, 2), keepdim=True) + 1e-12)
     for a, b, c in _QUINTIC:
-        gram = x @ x.T
-        x = torch.addmm(x, torch.addmm(gram, gram, gram, beta=b, alpha=c), x, beta=a)
-    return x.T if tall else x
+        gram = x @ x.mT
+        x = torch.baddbmm(x, torch.baddbmm(gram, gram, gram, beta=b, alpha=c), x, beta=a)
+    return x.mT if tall else x
 
 
 def _by_kernels(

@@ -1,6 +1,7 @@
 """Transfer networks against torch's own layers, and their fit against a closed form."""
 
 import json
+from contextlib import nullcontext
 from dataclasses import replace
 from itertools import pairwise
 
@@ -15,6 +16,7 @@ from sdfprt.core import kernels, settings
 from sdfprt.maths import sh
 from sdfprt.network import fit, optimizer
 from sdfprt.network.mlp import encode, open_sky
+from sdfprt.network.stacked import Stack
 
 
 def _net(width: int = 64, seed: int = 0) -> TransferNet:
@@ -168,10 +170,10 @@ def test_a_target_ends_the_fit_early():
 
 def test_steps_of_the_optimizer_are_nearly_orthogonal():
     g = torch.randn(48, 20, generator=torch.Generator().manual_seed(0))
-    values = torch.linalg.svdvals(optimizer._orthogonal(g))
+    values = torch.linalg.svdvals(optimizer.orthogonal(g[None])[0])
     assert 0.6 < values.min() and values.max() < 1.3  # the quintic's fixed band around one
     u, _, v = torch.linalg.svd(g, full_matrices=False)
-    assert torch.linalg.norm(optimizer._orthogonal(g) - u @ v) < 0.35 * torch.linalg.norm(u @ v)
+    assert torch.linalg.norm(optimizer.orthogonal(g[None])[0] - u @ v) < 0.35 * torch.linalg.norm(u @ v)
 
 
 @pytest.mark.parametrize(
@@ -200,6 +202,54 @@ def test_kernels_descend_as_torch_does(sizes, batch, device, monkeypatch):
                 torch.testing.assert_close(a, b, rtol=0, atol=1e-5 * float(b.abs().max()))
             torch.testing.assert_close(ours.orthogonal(expected[0]), theirs.orthogonal(expected[0]), rtol=0, atol=2e-4)
             state["weights"].mul_(-0.7)
+
+
+@pytest.mark.parametrize("sizes", [(60, 64, 64, 64, 16), (18, 20, 33, 9), (6, 40, 1)], ids=str)
+def test_a_cards_stacked_steps_are_the_usual_ones(sizes):
+    generator = torch.Generator().manual_seed(0)
+    features, target = (torch.randn(300, n, generator=generator) for n in (sizes[0], sizes[-1]))
+    slopes, rates = torch.rand(sizes[-1], generator=generator), [0.002 * k for k in range(7)]
+    batches = [torch.randint(300, (40,), generator=generator) for _ in rates]
+    plain, stacked = (fit._initial(list(sizes), 0, "cpu") for _ in range(2))
+    for state in (plain, stacked):
+        state["biases"].copy_(torch.linspace(-0.3, 0.3, len(state["biases"])))
+    way = optimizer.by_torch(sizes, plain["weights"], plain["biases"], features, target, slopes)
+    for step, (rows, rate) in enumerate(zip(batches, rates, strict=True)):
+        fit._update(plain, way, rows, step, rate)
+    stack = Stack(sizes, stacked, features, target, slopes, 40)
+    stack.run(batches[:4], 0, rates[:4])
+    stack.run(batches[4:], 4, rates[4:])
+    stack.settle()
+    for name, values in plain.items():  # some hundred roundings: the iteration lifts the least of a gradient's parts
+        torch.testing.assert_close(stacked[name], values, rtol=0, atol=1e-5 * float(values.abs().max()))
+
+
+def test_a_fit_by_stacked_steps_goes_on_from_a_checkpoint_and_learns_as_much(tmp_path, monkeypatch):
+    samples, way = _samples(2000, noise=0.05), {"width": 16, "layers": 3, "steps": 130, "batch": 64}
+    usual = fit_transfer(*samples, **way)
+
+    def stepping(state, sizes, features, target, slopes, batch):
+        stack = Stack(sizes, state, features, target, slopes, batch)
+        return nullcontext((stack.run, stack.settle))
+
+    monkeypatch.setattr(fit, "_stepping", stepping)
+    whole = fit_transfer(*samples, **way)
+    assert whole.info["validation_rmse"] == pytest.approx(usual.info["validation_rmse"], rel=0.02)
+
+    monkeypatch.setattr(settings.Fit, "seconds", 0.0)
+    store = fit._store
+
+    def stop_after_storing(path, state, step):
+        store(path, state, step)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(fit, "_store", stop_after_storing)
+        fit_transfer(*samples, **way, checkpoint=tmp_path / "fit.part")
+    resumed = fit_transfer(*samples, **way, checkpoint=tmp_path / "fit.part")
+    for (w, b), (v, a) in zip(whole.weights, resumed.weights, strict=True):
+        np.testing.assert_array_equal(w, v)
+        np.testing.assert_array_equal(b, a)
 
 
 @pytest.mark.parametrize("kind", ["nan", "bands", "few"])

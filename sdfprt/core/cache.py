@@ -26,14 +26,14 @@ _TEXT = f"{_SIGNATURE}\n{_OWN} sdfprt removes old files that it wrote here itsel
 _INSIDE = "sdfprt-cache"  # the cache in a folder that holds other things
 
 # What sdfprt writes below the cache's folder, by names relative to it
-WORK, ASSETS = "work", "assets"
+WORK, ASSETS, CUBINS = "work", "assets", "cuda"
 _HASH = r"[0-9a-f]{16,20}"
 _FILES = re.compile(
-    rf"backends\.json|{ASSETS}/{_HASH}-(k\d+|{_HASH})\.safetensors"
+    rf"backends\.json|{ASSETS}/{_HASH}-(k\d+|{_HASH})\.safetensors|{CUBINS}/{_HASH}\.cubin"
     rf"|{WORK}/((surface|view)-{_HASH}\.npz|fit-{_HASH}\.(safetensors|part)|(transfer|bounce)-{_HASH}/\d{{8}}\.npz)"
     r"|(.*/)?\.(sdfprt|backends|surface|view|fit|\d{8}|[0-9a-f]{16})-[^/]*"  # hidden files of writes that were killed
 )
-_FOLDERS = re.compile(rf"warp(/.*)?|{ASSETS}|{WORK}|{WORK}/(transfer|bounce)-{_HASH}")  # warp: kernels that Warp compiled
+_FOLDERS = re.compile(rf"warp(/.*)?|{ASSETS}|{CUBINS}|{WORK}|{WORK}/(transfer|bounce)-{_HASH}")  # warp: kernels that Warp compiled
 
 
 def cache_folder() -> Path:

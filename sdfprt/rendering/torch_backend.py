@@ -5,6 +5,8 @@ stay in cache. What a camera sees comes from the OpenGL surface pass (`torch`) o
 Shading is sdfprt.shading, the same as everywhere, on the tensors: what leaves the device is the picture.
 """
 
+import functools
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -15,6 +17,7 @@ from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from sdfprt.core import kernels
+from sdfprt.core.errors import SdfprtError, SdfprtWarning
 from sdfprt.core.interop import planes
 from sdfprt.core.opengl import in_render_thread
 from sdfprt.imaging.shot import Frame, Shot
@@ -23,6 +26,7 @@ from sdfprt.light.prepared import PreparedLight
 from sdfprt.light.suns import NO_SUNS, Suns
 from sdfprt.material import shading
 from sdfprt.material.lobes import parts
+from sdfprt.network import fused
 from sdfprt.network.cells import AnyNet, CellNets
 from sdfprt.network.mlp import TransferNet, activate, encode, open_sky
 from sdfprt.rendering.frame import bounced_of, checked, prepared, tiles, trace_suns, trace_tile
@@ -35,6 +39,7 @@ from sdfprt.transfer.sunlight import sunlight as suns_by_rays
 
 _CACHE = 2**20  # bytes of one layer's values, on a CPU
 _ROWS = 2**16  # points at once, on a GPU
+_FEWEST = 2**10  # of them where its memory is short
 
 
 @dataclass(frozen=True)
@@ -72,7 +77,8 @@ def predict(
     """Transfer at surface points with unit normals, as TransferNet.predict, by torch on its device.
 
     `kind` is the type of weights and activations: by default 16 bits on CUDA, which moves T by some 1e-3, and 32 elsewhere.
-    Points of a scene in cells are sorted, so that a batch runs one network.
+    On CUDA and of 16 bits it is one kernel where layers are narrow enough, else matrix products, in smaller batches where memory
+    does not do. Points of a scene in cells are sorted, so that a batch runs one network.
     """
     where = device()
     all_points, all_normals = (torch.as_tensor(v, dtype=torch.float32, device=where) for v in (points, normals))
@@ -82,19 +88,41 @@ def predict(
             found = predict(net.nets[number], all_points[rows], all_normals[rows], batch, kind)
             blended[rows] += shares[:, None].float() * found
         return blended
-    batch = batch or batch_of(net, where)
     kind = kind or (torch.float16 if where == "cuda" else torch.float32)
+    out = torch.empty((len(all_points), len(net.scale)), device=where)
+    if kind == torch.float16 and (packed := fused.packed(net, out.device)) is not None:
+        rows = [v if v.stride(1) == 1 else v.contiguous() for v in (all_points, all_normals)]
+        fused.run(packed, rows[0], rows[0].stride(0), rows[1], rows[1].stride(0), out, len(out))
+        return out
     layers = [(torch.from_numpy(w).to(where, kind), torch.from_numpy(b).to(where, kind)) for w, b in net.weights]
     scale, center = (torch.tensor(np.asarray(v, np.float32), device=where) for v in (net.scale, net.center))
-    out = torch.empty((len(all_points), len(net.scale)), device=where)
     octaves = net.position_frequencies, net.normal_frequencies
-    for first in range(0, len(out), batch):
-        chunk = slice(first, first + batch)
+
+    def products(chunk: slice) -> None:
         features = encode((all_points[chunk] - center) / net.extent, all_normals[chunk], *octaves)
         out[chunk] = scale * activate(layers, features.to(kind))
         if net.residual:
             out[chunk] += open_sky(all_normals[chunk], len(scale))
+
+    first, batch = 0, batch or batch_of(net, where)
+    while first < len(out):
+        try:
+            products(slice(first, first + batch))
+        except torch.cuda.OutOfMemoryError:
+            if batch <= _FEWEST:
+                raise SdfprtError(f"{where}: out of memory, even for {batch} points; close what else uses it") from None
+            batch = max(batch // 2, _FEWEST)
+            _say_smaller()
+            continue
+        first += batch
     return out
+
+
+@functools.cache
+def _say_smaller() -> None:
+    """Once."""
+    message = "the card is out of memory: its network takes fewer points at a time, which takes longer"
+    warnings.warn(message, SdfprtWarning, stacklevel=2)
 
 
 def _sent(values: ndarray) -> torch.Tensor:

@@ -1,7 +1,8 @@
 // What a ray meets of a mesh. On the CPU Embree's packets (Embree 4, rtcore_ray.h), laid out as it has them, by the addresses of its
 // library's functions; on CUDA, with SDFPRT_WARP_TREE, Warp's tree, a ray a thread.
 struct Tree : Simd {
-    struct Ray {
+    // Embree reads one ray, too, by whole vectors of four
+    struct alignas(SDFPRT_LANES == 1 ? 16 : 4 * SDFPRT_LANES) Ray {
         F x, y, z, near, u, v, w, time, far;  // origin, from how far, direction, to how far; far is -infinity where one is blocked
         U mask, id, flags;
         F normal_x, normal_y, normal_z, second, third;  // of the hit: not of unit length; weights of the corners

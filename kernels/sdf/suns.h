@@ -2,6 +2,9 @@
 // Twin of shaders/rendering/suns.glsl, with the same constants and the same steps; what they mean is told there.
 // `rows`: point, normal, unit direction to the eye, exponent; `suns`: direction, angular radius, energy. `out`: the sums for a
 // white diffuse surface, then for a white lobe.
+// SUNS_OF_PLANES: of the planes of a picture, in fours, instead: `points`, and 1 where a ray hit, `normals`, `colours` with the exponent
+// where SUNS_EXPONENT says that the scene has its own; the eye comes first in `camera`; `levels` are faint, fine and
+// the lobe's exponent.
 struct Suns : Simd {
     // Parts of a disc; share below which all is dark; depth of the look behind a hit; radius of the ring, of a part's cone; what is missing
     enum { PARTS = 6, BALLS = 4 };
@@ -64,10 +67,36 @@ struct Suns : Simd {
 {
     const int base = item * SDFPRT_LANES;
     F v[10], sum[6];
+#if SUNS_OF_PLANES
+    const float faint = levels.data[0], fine = levels.data[1];
+    F met = Simd::splat(0.0f);
+    for (int c = 0; c < 10; c++) v[c] = Simd::splat(c == 3 || c == 6 ? 1.0f : 0.0f);
+    v[9] = Simd::splat(levels.data[2]);
+    for (int k = 0; k < SDFPRT_LANES; k++) {
+        const float *point = points.data + 4 * (base + k), *normal = normals.data + 4 * (base + k);
+        if (!(point[3] > 0.5f)) continue;
+        Simd::set(met, k, 1.0f);
+        float away[3], size = 0.0f;
+        for (int c = 0; c < 3; c++) away[c] = camera.data[c] - point[c], size += away[c] * away[c];
+        size = sqrtf(size);
+        for (int c = 0; c < 3; c++) {
+            Simd::set(v[c], k, point[c]);
+            Simd::set(v[3 + c], k, normal[c]);
+            Simd::set(v[6 + c], k, away[c] / (size > 1e-12f ? size : 1e-12f));
+        }
+#if SUNS_EXPONENT
+        Simd::set(v[9], k, colours.data[4 * (base + k) + 3]);
+#endif
+    }
+    const M seen = Simd::lt(Simd::splat(0.5f), met);
+    if (!Simd::any(seen)) return;
+#else
+    const M seen = Simd::ones();
     for (int c = 0; c < 10; c++) {
         v[c] = Simd::splat(0.0f);
         for (int k = 0; k < SDFPRT_LANES; k++) Simd::set(v[c], k, rows.data[10 * (base + k) + c]);
     }
+#endif
     for (int c = 0; c < 6; c++) sum[c] = Simd::splat(0.0f);
     const F zero = Simd::splat(0.0f), one = Simd::splat(1.0f);
     const F *p = v, *n = v + 3, *e = v + 6, s = v[9];
@@ -83,7 +112,7 @@ struct Suns : Simd {
         const float* sun = suns.data + 7 * number;
         const float angle = sun[3], tangent = tanf(angle);
         const F up = Suns::disc_cosine(n[0] * sun[0] + n[1] * sun[1] + n[2] * sun[2], sinf(angle));
-        M live = Simd::lt(zero, up);
+        M live = seen & Simd::lt(zero, up);
         if (!Simd::any(live)) continue;
 
         // A frame about the direction
@@ -147,5 +176,10 @@ struct Suns : Simd {
         }
     }
     for (int k = 0; k < SDFPRT_LANES; k++)
-        for (int c = 0; c < 6; c++) out.data[6 * (base + k) + c] = Simd::lane(sum[c], k);
+        for (int c = 0; c < 6; c++)
+#if SUNS_OF_PLANES
+            (c < 3 ? sun_diffuse : sun_glossy).data[4 * (base + k) + c % 3] = Simd::lane(sum[c], k);
+#else
+            out.data[6 * (base + k) + c] = Simd::lane(sum[c], k);
+#endif
 }

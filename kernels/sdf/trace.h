@@ -37,4 +37,42 @@ struct Tracer : Simd {
         }
         return hit | live;  // what is still under way after so many steps grazes a surface
     }
+
+    // How far the cone with radius `cone` at distance 1 is free, from t on, where its balls touch one another; -1 where to `far`.
+    static inline CUDA_CALLABLE F free_cone(F ox, F oy, F oz, F dx, F dy, F dz, F t, F far, float cone, float step, float relaxation,
+                                            int steps) {
+        F before = splat(0.0f), taken = splat(0.0f), omega = splat(relaxation), free = splat(-1.0f);
+        M live = lt(t, far);
+        for (int k = 0; k < steps && any(live); k++) {
+            const F r = Scene::distance(fma(dx, t, ox), fma(dy, t, oy), fma(dz, t, oz), live) * step - cone * t;
+            const M gap = lt(splat(1.0f), omega) & lt(r + before, taken);
+            // As near as half its radius a cone is no longer worth a step; no number says nothing of what lies about the place
+            const M met = live & ~gap & ~lt(0.5f * cone * t, r);
+            free = sel(met, sel(is_nan(r), t - taken + min(before, taken), t), free);
+            live = live & ~met;
+            const F ahead = sel(gap, before - taken, min(omega * r, max(far - cone * t - t, r)));
+            t = sel(live, t + ahead, t);
+            taken = sel(gap, splat(0.0f), ahead);
+            before = sel(gap, splat(0.0f), r);
+            omega = sel(gap, splat(1.0f), omega);
+            live = live & lt(t, far);
+        }
+        return sel(live, t - taken + min(before, taken), free);
+    }
+
+    // From where a ray was found to hit onto the surface itself, by the slope along the ray, twice; backwards where a field that
+    // overestimates let it into the solid. A cut face keeps the place where the ray entered.
+    static inline CUDA_CALLABLE F settle(F ox, F oy, F oz, F dx, F dy, F dz, F t, F first, float step, M live) {
+        F r = splat(0.0f), before = r, last = t;
+        for (int k = 0; k < 2; k++) {
+            r = Scene::distance(ox + dx * t, oy + dy * t, oz + dz * t, live) * step;
+            const F moved = t - last;
+            const M known = lt(splat(0.0f), abs(moved));
+            const F slope = sel(known, max(min((r - before) / sel(known, moved, splat(1.0f)), splat(-0.1f)), splat(-1.0f)), splat(-1.0f));
+            last = t;
+            before = r;
+            t = sel(live, max(t - r / slope, first), t);
+        }
+        return t;
+    }
 };

@@ -1,7 +1,8 @@
 """OpenGL textures as torch tensors: without a host copy by CUDA's graphics interop, or by the host where there is no CUDA.
 
-One interface, `planes(textures) -> tensor`, and two classes that have it. The CUDA one calls five functions of the runtime
-(CUDA Runtime API, "Graphics Interoperability") through ctypes: register, map, get array, copy on the device, unmap.
+One interface, `planes(textures) -> tensor` and `copy` into tensors that are there, and two classes that have it. The CUDA one calls
+five functions of the runtime (CUDA Runtime API, "Graphics Interoperability") through ctypes: register, map, get array, copy on the
+device, unmap.
 Why no library: torch has no graphics interop, Warp's covers buffers and not textures, and `cuda-bindings` would be one more
 wheel for each version of CUDA on every machine, for five calls of a runtime that torch has loaded already.
 """
@@ -35,6 +36,16 @@ class HostPlanes:
         """(t, h, w, 4) float32 of t textures of one size, row 0 on top."""
         return torch.stack([torch.from_numpy(read(texture).copy()) for texture in textures]).to(self.device)
 
+    @in_render_thread
+    def copy(
+        self, textures: Sequence[moderngl.Texture], planes: Sequence[torch.Tensor], corner: tuple[int, int], stream: int
+    ) -> None:
+        """Textures of one size into as many planes (h, w, 4), from x and y of `corner` on, in the order of work of `stream`."""
+        x, y = corner
+        for texture, plane in zip(textures, planes, strict=True):
+            width, height = texture.size
+            plane[y : y + height, x : x + width] = torch.from_numpy(read(texture).copy()).to(plane.device)
+
     def forget(self, textures: Sequence[moderngl.Texture]) -> None:
         """Nothing is held."""
 
@@ -51,19 +62,28 @@ class CudaPlanes:
         """As HostPlanes.planes, on the device. Raises SdfprtError where CUDA refuses, with nothing left mapped."""
         width, height = textures[0].size
         out = torch.empty((len(textures), height, width, 4), dtype=torch.float32, device=self.device)
-        for texture, plane in zip(textures, out, strict=True):
-            resource = self._registered(texture.glo)
-            self._call("cudaGraphicsMapResources", 1, ctypes.byref(resource), None)
-            try:
-                array = ctypes.c_void_p()
-                self._call("cudaGraphicsSubResourceGetMappedArray", ctypes.byref(array), resource, 0, 0)
-                row = ctypes.c_size_t(width * _TEXEL)
-                target = ctypes.c_void_p(plane.data_ptr())
-                zero, rows = ctypes.c_size_t(0), ctypes.c_size_t(height)
-                self._call("cudaMemcpy2DFromArray", target, row, array, zero, zero, row, rows, _ON_DEVICE)
-            finally:
-                self._call("cudaGraphicsUnmapResources", 1, ctypes.byref(resource), None)
+        self.copy(textures, list(out), (0, 0), 0)
         return out
+
+    @in_render_thread
+    def copy(
+        self, textures: Sequence[moderngl.Texture], planes: Sequence[torch.Tensor], corner: tuple[int, int], stream: int
+    ) -> None:
+        """As HostPlanes.copy, on the device, and nothing waits; all are mapped and let go together, since each time is dear."""
+        resources = (ctypes.c_void_p * len(textures))(*(self._registered(texture.glo).value for texture in textures))
+        count, order = ctypes.c_int(len(textures)), ctypes.c_void_p(stream)
+        self._call("cudaGraphicsMapResources", count, resources, order)
+        try:
+            for texture, resource, plane in zip(textures, resources, planes, strict=True):
+                array = ctypes.c_void_p()
+                self._call("cudaGraphicsSubResourceGetMappedArray", ctypes.byref(array), ctypes.c_void_p(resource), 0, 0)
+                width, height = texture.size
+                row, pitch = ctypes.c_size_t(width * _TEXEL), ctypes.c_size_t(plane.stride(0) * plane.element_size())
+                target = ctypes.c_void_p(plane[corner[1] :, corner[0] :].data_ptr())
+                zero, rows = ctypes.c_size_t(0), ctypes.c_size_t(height)
+                self._call("cudaMemcpy2DFromArrayAsync", target, pitch, array, zero, zero, row, rows, _ON_DEVICE, order)
+        finally:
+            self._call("cudaGraphicsUnmapResources", count, resources, order)
 
     def forget(self, textures: Sequence[moderngl.Texture]) -> None:
         """Give the textures back; before they are released, since OpenGL gives their names again."""

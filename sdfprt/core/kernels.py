@@ -34,6 +34,7 @@ DEVICE = "SDFPRT_DEVICE"
 # double the time to compile, for the same speed.
 _FLAGS = "-march=native -fno-vectorize -fno-slp-vectorize"
 THREADS = min(os.cpu_count() or 1, 16)
+BLOCK = 256  # threads of a block on CUDA, as Warp has them
 _building = threading.RLock()  # Warp compiles and loads for one thread at a time
 
 
@@ -203,18 +204,22 @@ def _kernel(where: str, scene: str, pieces: tuple[str, ...], arguments: tuple, f
 
 
 @no_type_check
-def launch(kernel, count: int, arguments: list) -> None:
-    """Run items 0 … count - 1; on the CPU by all threads, since Warp releases Python's lock while it runs."""
+def launch(kernel, count: int, arguments: list, stream=None, block: int = BLOCK) -> None:
+    """Run items 0 … count - 1; on the CPU by all threads, since Warp releases Python's lock while it runs.
+
+    On CUDA in blocks of so many threads, on a stream of Warp's or on the device's own.
+    """
     wp, place = warp(), _place()
+    block = block if place != "cpu" else 1
     with _building:
-        loaded = getattr(kernel, "loaded", {place})
-        if place not in loaded:  # the compiler goes as deep as the scene is nested
-            with_deep_stack(lambda: wp.load_module(kernel.module, device=place))
-            loaded.add(place)
-        wp.load_module(kernel.module, device=place)
+        loaded = getattr(kernel, "loaded", {(place, block)})
+        if (place, block) not in loaded:  # the compiler goes as deep as the scene is nested
+            with_deep_stack(lambda: wp.load_module(kernel.module, device=place, block_dim=block))
+            loaded.add((place, block))
+        wp.load_module(kernel.module, device=place, block_dim=block)
     arguments = [*arguments, *(_textures[place, name] for name in getattr(kernel, "textures", ()))]
     if place != "cpu" or count < 2 * THREADS:
-        wp.launch(kernel, dim=count, inputs=[*arguments, 0], device=place)
+        wp.launch(kernel, dim=count, inputs=[*arguments, 0], device=place, stream=stream, block_dim=block)
         return
     parts = max(THREADS, min(8 * THREADS, count // 16))  # so many that no thread waits long for another's last
     edges = [count * k // parts for k in range(parts + 1)]

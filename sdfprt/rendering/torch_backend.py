@@ -29,8 +29,10 @@ from sdfprt.material.lobes import parts
 from sdfprt.network import fused
 from sdfprt.network.cells import AnyNet, CellNets
 from sdfprt.network.mlp import TransferNet, activate, encode, open_sky
+from sdfprt.rendering import captured
 from sdfprt.rendering.frame import bounced_of, checked, prepared, tiles, trace_suns, trace_tile
-from sdfprt.rendering.traced import sun_planes, trace_planes
+from sdfprt.rendering.picture import send, view
+from sdfprt.rendering.traced import PlaneTracer, in_rows
 from sdfprt.sdf.kinds import AnyScene
 from sdfprt.sdf.scene import Scene
 from sdfprt.tables.volume import VolumeTable
@@ -172,9 +174,16 @@ def _seen_by_warp(scene: AnyScene, shot: Shot, suns: Suns = NO_SUNS) -> Iterator
     """The Warp tracer, the whole picture at once; a field's, on torch's CUDA device, without the host."""
     whole = (0, 0, *shot.fine)
     if isinstance(scene, Scene) and device() == "cuda" and kernels.device().startswith("cuda"):
-        seen = trace_planes(scene, shot, kernels.device())
-        sunlight = sun_planes(scene, shot, suns, seen, kernels.device()) if len(suns) else None
-        yield _chosen(scene, whole, seen.points, seen.normals, seen.colours, sunlight)
+        tracer = PlaneTracer(scene, shot.fine, torch.device(kernels.device()), len(suns))
+        send(view(shot.camera, shot.fine), tracer.camera)
+        if len(suns):
+            tracer.set_suns(suns, parts(shot.material).get("exponent", 1.0))
+        tracer.trace()
+        drawn = tracer.planes
+        points, normals = in_rows(drawn.points, shot.fine), in_rows(drawn.normals, shot.fine)
+        own = in_rows(drawn.colours, shot.fine) if scene.has_albedo or scene.has_exponent else None
+        sums = [in_rows(plane, shot.fine) for plane in (drawn.sun_diffuse, drawn.sun_glossy)] if len(suns) else None
+        yield _chosen(scene, whole, points, normals, own, sums)
         return
     seen = see(scene, shot.camera, shot.size, shot.samples)
     albedo, exponent = (None if v is None else _sent(v) for v in (seen.albedo, seen.exponent))
@@ -196,8 +205,15 @@ def draw(scene: AnyScene, net: AnyNet | VolumeTable, light: Light, shot: Shot, s
     Raises SdfprtError for torch without OpenGL, for the triple product in each fragment, and where the picture is not finite.
     """
     lit = prepared(scene, net, light, shot)
-    picture = picture_on_device(scene, net, light, shot, surface, lit).cpu().numpy()
-    checked(picture, scene)
+    finite = False  # or not known to be
+    if captured.covers(net, scene, shot, surface):
+        with captured.LOCK:
+            picture_on_device(scene, net, light, shot, surface, lit)
+            picture, finite = captured.frames().of(scene, net, light, shot, lit, surface).read()
+    else:
+        picture = picture_on_device(scene, net, light, shot, surface, lit).cpu().numpy()
+    if not finite:
+        checked(picture, scene)
     return Frame(picture[..., :3], picture[..., 3], lit.dering)
 
 
@@ -210,9 +226,12 @@ def picture_on_device(
     surface: str = "torch",
     lit: PreparedLight | None = None,
 ) -> Float[torch.Tensor, "h w 4"]:
-    """Radiance and alpha of `draw`, left where torch computes."""
+    """Radiance and alpha of `draw`, left where torch computes; on CUDA the next such picture may overwrite it."""
     shot.refuse_beyond(f"the back end {surface}", "dering", "light_bands", "result_bands", "suns", "gloss", "colours")
     lit = lit or prepared(scene, net, light, shot)
+    if captured.covers(net, scene, shot, surface):
+        with captured.LOCK:
+            return captured.frames().of(scene, net, light, shot, lit, surface).draw(scene, net, light, shot, lit)
     bounced = bounced_of(scene, net, shot, lit)
     result_bands = shot.lighting.result_bands or net.bands
     samples = shot.samples

@@ -12,17 +12,16 @@ from sdfprt.sdf.scene import Scene
 from sdfprt.sdf.trace import box_array
 
 
-def kernel(scene: Scene) -> Any:
-    """What sums over discs, whole packets of rows."""
-    flat = kernels.FLOATS
-    return kernels.build(
-        scene.native,
-        ("sdf/trace.h", "sdf/suns.h"),
-        {
-            "rows": flat, "suns": flat, "out": flat, "box": flat, "count": int, "faint": float, "fine": float, "lift": float,
-            "near": float, "step": float, "steps": int,
-        },
-    )  # fmt: skip
+def kernel(scene: Scene, planes: bool = False) -> Any:
+    """What sums over discs, whole packets of rows; or of the planes of a picture, where rays hit (rendering/traced.py)."""
+    flat, limits = kernels.FLOATS, {"lift": float, "near": float, "step": float, "steps": int}
+    if planes:
+        names = ("points", "normals", "colours", "camera", "levels", "suns", "sun_diffuse", "sun_glossy", "box")
+        arguments = {**dict.fromkeys(names, flat), "count": int}
+    else:
+        arguments = {**dict.fromkeys(("rows", "suns", "out", "box"), flat), "count": int, "faint": float, "fine": float}
+    given = f"#define SUNS_OF_PLANES {int(planes)}\n#define SUNS_EXPONENT {int(scene.has_exponent)}\n"
+    return kernels.build(given + scene.native, ("sdf/trace.h", "sdf/suns.h"), {**arguments, **limits})
 
 
 def limits(scene: Scene) -> list[float]:

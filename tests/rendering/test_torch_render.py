@@ -166,6 +166,8 @@ def test_another_back_end_is_one_clear_error():
 class Runtime:
     """The five functions of CUDA's runtime, over arrays of the host; what is open is in `mapped` and `registered`."""
 
+    stream = None  # the default one
+
     def __init__(self, pictures, fails=""):
         self.pictures, self.fails, self.calls = pictures, fails, []
         self.registered, self.mapped = set(), set()
@@ -182,22 +184,24 @@ class Runtime:
         resource._obj.value = name.value
         self.registered.add(name.value)
 
-    def _GraphicsMapResources(self, count, resource, stream):
-        assert count == 1 and stream is None
-        self.mapped.add(resource._obj.value)
+    def _GraphicsMapResources(self, count, resources, stream):
+        assert count.value == len(resources) and stream.value == self.stream
+        self.mapped |= set(resources)
 
     def _GraphicsSubResourceGetMappedArray(self, array, resource, index, level):
         assert resource.value in self.mapped and index == level == 0
         array._obj.value = resource.value
 
-    def _Memcpy2DFromArray(self, target, pitch, array, x, y, width, height, kind):
+    def _Memcpy2DFromArrayAsync(self, target, pitch, array, x, y, width, height, kind, stream):
         picture = self.pictures[array.value]
-        assert (pitch.value, width.value, height.value) == (16 * picture.shape[1], 16 * picture.shape[1], picture.shape[0])
-        assert (x.value, y.value, kind) == (0, 0, 3)
-        ctypes.memmove(target.value, picture.ctypes.data, picture.nbytes)
+        assert (width.value, height.value) == (16 * picture.shape[1], picture.shape[0])
+        assert (x.value, y.value, kind, stream.value) == (0, 0, 3, self.stream)
+        for row in range(height.value):
+            ctypes.memmove(target.value + row * pitch.value, picture[row].ctypes.data, width.value)
 
-    def _GraphicsUnmapResources(self, count, resource, stream):
-        self.mapped.remove(resource._obj.value)
+    def _GraphicsUnmapResources(self, count, resources, stream):
+        assert count.value == len(resources) and stream.value == self.stream
+        self.mapped -= set(resources)
 
     def _GraphicsUnregisterResource(self, resource):
         self.registered.remove(resource.value)
@@ -223,10 +227,23 @@ def test_cuda_and_its_twin_give_the_same_planes():
     assert not runtime.registered
 
 
+def test_both_copy_a_tile_to_its_place_on_a_stream():
+    pictures, textures = textures_of_one_size()
+    ours, theirs = torch.zeros((2, 9, 8, 4)), torch.zeros((2, 9, 8, 4))
+    runtime = Runtime(pictures)
+    runtime.stream = 77
+    CudaPlanes(runtime, device="cpu").copy(textures, list(ours), (4, 3), 77)
+    HostPlanes().copy(textures, list(theirs), (4, 3), 0)
+    assert torch.equal(ours, theirs) and not runtime.mapped
+    outside = torch.ones((9, 8), dtype=torch.bool)
+    outside[3:8, 4:7] = False
+    assert not ours[:, outside].any() and ours[:, ~outside].any()
+
+
 def test_a_refusal_of_cuda_leaves_nothing_mapped():
     pictures, textures = textures_of_one_size()
-    runtime = Runtime(pictures, fails="cudaMemcpy2DFromArray")
-    with pytest.raises(SdfprtError, match="cudaMemcpy2DFromArray gave error 999"):
+    runtime = Runtime(pictures, fails="cudaMemcpy2DFromArrayAsync")
+    with pytest.raises(SdfprtError, match="cudaMemcpy2DFromArrayAsync gave error 999"):
         CudaPlanes(runtime, device="cpu").planes(textures)
     assert not runtime.mapped
 

@@ -21,6 +21,7 @@ from sdfprt.maths import sh, sphere
 from sdfprt.maths.sh import MAX_BANDS, MAX_SAMPLES
 
 _CHUNK = 1 << 20  # texels at once
+_DERIVED = 24  # things made of a light's map that are kept, of 6 MB or 17 where they are those of a lobe
 _FINE = 64  # rows from which a map's texels are fine enough for its coefficients
 
 _LIBRARY: dict[str, tuple[str, Callable[[], ndarray]]] = {
@@ -49,6 +50,7 @@ class Light:
     warnings: tuple[str, ...] = ()
     _projected: dict[int, ndarray] = field(default_factory=dict, repr=False)
     _derived: dict[tuple, Any] = field(default_factory=dict, repr=False)  # of the map, for all its rotations
+    _of: ndarray | None = field(default=None, repr=False)  # the map that was checked, and that both are of
 
     def __post_init__(self) -> None:
         pixels, rotation = np.asarray(self.pixels), np.asarray(self.rotation)
@@ -58,9 +60,14 @@ class Light:
             raise SdfprtError(f"light {self.name}: pixels are {pixels.dtype} {pixels.shape}; a map is float (H, W, 3)")
         if not pixels.size:
             raise SdfprtError(f"light {self.name}: a map of {pixels.shape[1]} x {pixels.shape[0]} texels lights nothing")
-        bad = sum(int((~np.isfinite(pixels[rows])).any(axis=2).sum()) for rows in _chunks(pixels))
-        if bad:
-            raise SdfprtError(f"light {self.name}: {bad} texels are NaN or infinite; mend the picture before lighting with it")
+        if self._of is not self.pixels:
+            bad = sum(int((~np.isfinite(pixels[rows])).any(axis=2).sum()) for rows in _chunks(pixels))
+            if bad:
+                raise SdfprtError(f"light {self.name}: {bad} texels are NaN or infinite; mend the picture before lighting with it")
+            if self._of is not None:  # what is known is another map's
+                object.__setattr__(self, "_projected", {})
+                object.__setattr__(self, "_derived", {})
+            object.__setattr__(self, "_of", self.pixels)
         if rotation.shape != (3, 3) or not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-5):
             raise SdfprtError(f"light {self.name}: rotation is no orthogonal 3x3 matrix")
 
@@ -115,7 +122,16 @@ class Light:
             self._projected[bands] = _project(self.pixels, bands)
         if np.array_equal(self.rotation, np.eye(3)):
             return self._projected[bands].copy()
-        return sh.rotation(self.rotation, bands) @ self._projected[bands]
+        return self.turn(bands) @ self._projected[bands]
+
+    def turn(self, bands: int) -> Float[ndarray, "k k"]:
+        """Rotates coefficients as `rotation` does directions."""
+        return _turn(np.asarray(self.rotation, float).tobytes(), bands).copy()
+
+    @property
+    def digest(self) -> str:
+        """Of the map, computed once; its rotations share it."""
+        return self.derived(("digest",), lambda: prefiltered.digest(np.asarray(self.pixels)))
 
     @checked(bands=(1, 2 * MAX_BANDS))
     def sh_dered(self, bands: int) -> tuple[Float[ndarray, "k 3"], float]:
@@ -136,9 +152,11 @@ class Light:
 
     def derived(self, key: tuple, make: Callable[[], Any]) -> Any:
         """What was made of the map under that key, made at the first call; the map's rotations share it."""
-        if key not in self._derived:
-            self._derived[key] = make()
-        return self._derived[key]
+        if (found := self._derived.get(key)) is None:
+            found = self._derived[key] = make()
+            for other in list(self._derived)[:-_DERIVED]:  # exponents that change from frame to frame leave maps behind
+                self._derived.pop(other, None)
+        return found
 
     @checked()
     def radiance(self, directions: Float[ndarray, "*n 3"]) -> Float[ndarray, "*n 3"]:
@@ -177,6 +195,11 @@ class Light:
         columns = np.cumsum(weights, axis=1)
         rows = np.cumsum(columns[:, -1])
         return rows / rows[-1], columns / columns[:, -1:]
+
+
+@functools.lru_cache(maxsize=64)
+def _turn(rotation: bytes, bands: int) -> Float[ndarray, "k k"]:
+    return sh.rotation(np.frombuffer(rotation).reshape(3, 3), bands)
 
 
 def _chunks(pixels: ndarray) -> list[slice]:

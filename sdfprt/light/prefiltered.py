@@ -6,6 +6,8 @@ a circular convolution, done by the fast Fourier transform, and all of it takes 
 Lat-long as everywhere (maths/sphere.py), in the frame of the light's map.
 """
 
+import hashlib
+
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
@@ -72,6 +74,13 @@ def open_light(pixels: Float[ndarray, "h w 3"], bands: int) -> Float[ndarray, "r
     light = sh.project(resized(pixels, min(4 * rows, pixels.shape[0])), most)
     basis = sh.basis(sphere.latlong_directions(rows, 2 * rows), most)
     return ((basis * zonal[degree]) @ light / np.pi).astype(np.float32)
+
+
+def digest(pixels: Float[ndarray, "h w 3"]) -> str:
+    """Of a map's texels."""
+    found = hashlib.blake2b(f"{pixels.shape} {pixels.dtype}".encode(), digest_size=16)
+    found.update(np.ascontiguousarray(pixels).data)
+    return found.hexdigest()
 
 
 def shrunk(pixels: Float[ndarray, "h w 3"]) -> Float[ndarray, "rows columns 3"]:

@@ -13,7 +13,6 @@ from sdfprt.light.light import Light
 from sdfprt.light.suns import Suns
 from sdfprt.material.lobes import Material, Phong, reflects
 from sdfprt.material.shading import Environment, ExactLight
-from sdfprt.maths import sh
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,18 +51,20 @@ def _exact(light: Light, material: Material, bands: int, varying: bool) -> Exact
     def pixels() -> ndarray:
         return prefiltered.shrunk(light.pixels)
 
-    exponents = [lobe.exponent for lobe in material.lobes if isinstance(lobe, Phong)]
-    rows = None
+    exponents, rows = [lobe.exponent for lobe in material.lobes if isinstance(lobe, Phong)], None
     if exponents and varying:
         exponents, rows = [2.0**level for level in range(settings.Gloss.levels)], settings.Gloss.level_rows
-    maps = [
-        light.derived(("gloss", bands, exponent, rows), lambda e=exponent: prefiltered.prefilter(pixels(), bands, e, rows))
-        for exponent in exponents
-    ]
+
+    def gloss() -> ndarray:
+        return np.stack([prefiltered.prefilter(pixels(), bands, exponent, rows) for exponent in exponents])
+
+    source = light.derived(("source",), lambda: prefiltered.digest(pixels()))
+    made_of = bands, *exponents, rows
     return ExactLight(
         light.rotation,
-        sh.rotation(light.rotation, bands),
+        light.turn(bands),
         light.derived(("open", bands), lambda: prefiltered.open_light(pixels(), bands)),
-        np.ascontiguousarray(np.stack(maps)) if maps else None,
+        light.derived(("gloss", *made_of), gloss) if exponents else None,
         varying,
+        f"{source} {made_of}",
     )

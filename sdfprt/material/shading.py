@@ -31,6 +31,7 @@ class ExactLight:
 
     `turn` rotates coefficients as `rotation` does directions. `open_light`: what bands beyond those of transfer give a diffuse
     surface under an open sky, over pi. `gloss`: F_j of one exponent, or, where it is `varying`, of the exponents 1, 2, 4 …
+    `digest` is that of what both maps are made of.
     """
 
     rotation: Float[ndarray, "3 3"]
@@ -38,6 +39,7 @@ class ExactLight:
     open_light: Float[ndarray, "rows columns 3"]
     gloss: Float[ndarray, "levels h w k 3"] | None
     varying: bool
+    digest: str
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,6 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
-from sdfprt.core.opengl import context
 from sdfprt.imaging.shot import Frame, Shot
 from sdfprt.light.light import Light
 from sdfprt.light.suns import Suns
@@ -18,7 +17,7 @@ from sdfprt.mesh.scene import MeshScene
 from sdfprt.rendering.frame import checked, draw_behind, fill, tiles, trace_suns, trace_tile
 from sdfprt.rendering.pieces import BACKGROUND
 from sdfprt.rendering.programs import programs
-from sdfprt.rendering.targets import Target, environment_texture
+from sdfprt.rendering.targets import Target
 from sdfprt.rendering.uniforms import set_environment
 from sdfprt.rendering.units import Unit
 
@@ -46,23 +45,22 @@ def drawn(
     For functions that are `in_render_thread`. Raises SdfprtError where the picture is not finite.
     """
     behind = programs().fixed_program(BACKGROUND) if shot.background else None
-    environment = environment_texture(context(), light) if shot.background or reflects(shot.material) else None
     if behind is not None:
         set_environment(behind.program, light)
-    pixels = np.zeros((shot.size[1], shot.size[0], 4), np.float32)
+    pixels = np.empty((shot.size[1], shot.size[0], 4), np.float32)  # tiles fill all of it
     try:
         for tile in tiles(shot.size, shot.samples):
             target = programs().target(tile[2:])
             target.light.clear()
-            if environment is not None:
-                environment.use(Unit.ENVIRONMENT)
+            if behind is not None or reflects(shot.material):
+                programs().environment(light).use(Unit.ENVIRONMENT)
             if behind is not None:
                 draw_behind(behind, target, shot, tile)
             target.closed.clear(depth=1.0)
             lit(target, tile)
-            fill(pixels, target.radiance, tile, shot.samples)
+            fill(pixels, target, tile, shot.samples)
     finally:
-        for thing in (*held, *([] if environment is None else [environment])):
+        for thing in held:
             thing.release()
     return _frame(pixels, scene, dering)
 

@@ -22,9 +22,9 @@ from sdfprt.mesh.scene import MeshScene
 from sdfprt.network.cells import AnyNet, CellNets
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering.mesh_surface import raster_tile
-from sdfprt.rendering.pieces import BACKGROUND, FREE, GRAIN, sun_uniforms
+from sdfprt.rendering.pieces import BACKGROUND, FREE, GRAIN, MEAN, sun_uniforms
 from sdfprt.rendering.programs import FullScreen, group_size, on_cpu, programs
-from sdfprt.rendering.targets import Target, environment_texture
+from sdfprt.rendering.targets import Target
 from sdfprt.rendering.uniforms import (
     bounced_uniforms,
     set_camera,
@@ -77,11 +77,26 @@ def tiles(size: tuple[int, int], samples: int) -> list[tuple[int, int, int, int]
     return [(x, y, min(dx, width - x), min(dy, height - y)) for y in range(0, height, dy) for x in range(0, width, dx)]
 
 
-def fill(pixels: Float[ndarray, "h w 4"], radiance: moderngl.Texture, tile: tuple[int, int, int, int], samples: int) -> None:
-    """Write the means of a tile's samples where the tile lies in the picture."""
+def fill(pixels: Float[ndarray, "h w 4"], target: Target, tile: tuple[int, int, int, int], samples: int) -> None:
+    """Write the means of the samples that a target holds where its tile lies in the picture; for the render thread.
+
+    Means are taken on the card, so that less is read back.
+    """
     x, y, width, height = (v // samples for v in tile)
-    fine = read(radiance).reshape(height, samples, width, samples, 4)
-    pixels[y : y + height, x : x + width] = fine.mean(axis=(1, 3)) if samples > 1 else fine[:, 0, :, 0]
+    drawn = target.radiance
+    if samples > 1:
+        means, program = programs().mean((width, height)), programs().fixed_program(MEAN)
+        context().memory_barrier()
+        drawn.use(Unit.POINT)
+        set_uniforms(program.program, samplesOfTile=Unit.POINT, across=samples)
+        means.buffer.use()
+        program.draw()
+        drawn = means.texture
+    part = pixels[y : y + height, x : x + width]
+    if part.flags.c_contiguous:
+        drawn.read_into(part)
+    else:
+        part[:] = read(drawn)
 
 
 def prepared(scene: AnyScene, net: AnyNet | TextureTable | VertexTable | VolumeTable, light: Light, shot: Shot) -> PreparedLight:
@@ -97,6 +112,10 @@ def bounced_of(scene: AnyScene, net: AnyNet | VolumeTable, shot: Shot, lit: Prep
 
 def checked(pixels: Float[ndarray, "h w 4"], scene: AnyScene) -> Float[ndarray, "h w 4"]:
     """Raises SdfprtError where a value is not finite."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        total = pixels.sum()
+    if np.isfinite(total):  # one pass at the memory's rate; sums of finite values may be infinite, never the other way round
+        return pixels
     if bad := int((~np.isfinite(pixels)).any(axis=2).sum()):
         raise SdfprtError(f"{scene.file}: {bad} pixels are not finite; does the scene or its albedo give NaN?")
     return pixels
@@ -117,8 +136,7 @@ def trace_tile(scene: AnyScene, camera: Camera, tile: tuple[int, int, int, int],
     surface, free, target = programs().scene_program(scene), programs().fixed_program(FREE), programs().target(tile[2:])
     for each in (surface, free):
         set_uniforms(each.program, freeCones=SAMPLERS["freeCones"], grain=GRAIN)
-    target.list.clear()
-    target.list.bind_to_storage_buffer(0)
+    target.empty_list()
 
     # Cones about tiles of samples
     context().disable(moderngl.DEPTH_TEST)
@@ -213,18 +231,18 @@ def draw(scene: AnyScene, net: AnyNet | VolumeTable, light: Light, shot: Shot) -
 
     Raises SdfprtError without OpenGL, and where the picture is not finite.
     """
-    pixels = np.zeros((shot.size[1], shot.size[0], 4), np.float32)
+    pixels = np.empty((shot.size[1], shot.size[0], 4), np.float32)  # tiles fill all of it
     lit = prepared(scene, net, light, shot)
-    for tile, radiance in lit_tiles(scene, net, light, shot, lit):
-        fill(pixels, radiance, tile, shot.samples)
+    for tile, target in lit_tiles(scene, net, light, shot, lit):
+        fill(pixels, target, tile, shot.samples)
     checked(pixels, scene)
     return Frame(pixels[..., :3], pixels[..., 3], lit.dering)
 
 
 def lit_tiles(
     scene: AnyScene, net: AnyNet | VolumeTable, light: Light, shot: Shot, lit: PreparedLight | None = None
-) -> Iterator[tuple[tuple[int, int, int, int], moderngl.Texture]]:
-    """Tiles of the picture, and the radiance of their samples while it is on the card; the next one draws over it.
+) -> Iterator[tuple[tuple[int, int, int, int], Target]]:
+    """Tiles of the picture, each with the target whose radiance has its samples; the next one draws over it.
 
     For functions that are `in_render_thread`.
     """
@@ -242,10 +260,6 @@ def lit_tiles(
     set_uniforms(lighting, bounces, **bounces)  # by the material's lobes
     set_uniforms(lighting, ("eye", "sunlit"), eye=tuple(shot.camera.eye), sunlit=len(lit.suns) > 0)
     behind = programs().fixed_program(BACKGROUND) if shot.background else None
-    environment = None
-    if behind is not None or lit.environment is not None:
-        environment = environment_texture(context(), light)
-        held.append(environment)
     if lit.environment is not None:
         set_environment(lighting, light)
     if behind is not None:
@@ -256,8 +270,8 @@ def lit_tiles(
         for tile in tiles(shot.size, shot.samples):
             target = trace_tile(scene, shot.camera, tile, shot.fine)
             target.light.clear()
-            if environment is not None:
-                environment.use(Unit.ENVIRONMENT)
+            if behind is not None or lit.environment is not None:
+                programs().environment(light).use(Unit.ENVIRONMENT)
             if behind is not None:
                 draw_behind(behind, target, shot, tile)
             textures, units = [*target.seen], [Unit.POINT, Unit.NORMAL, Unit.COLOUR]
@@ -271,7 +285,7 @@ def lit_tiles(
             target.radiance.bind_to_image(0, read=False, write=True)
             context().memory_barrier()
             _run(lighting, -(-seen_samples(target) // variant.points), variant.group)
-            yield tile, target.radiance
+            yield tile, target
     finally:
         for thing in held:
             thing.release()

@@ -161,8 +161,7 @@ def raster_tile(scene: MeshScene, camera: Camera, tile: tuple[int, int, int, int
             buffers.arrays[MESH_SURFACE].render(moderngl.TRIANGLES, vertices=group.count, first=group.first)
 
     # The list of hits
-    target.list.clear()
-    target.list.bind_to_storage_buffer(0)
+    target.empty_list()
     target.closed.use()
     target.seen[0].use(Unit.POINT)
     listing = programs().fixed_program(LIST)

@@ -40,6 +40,7 @@ TEXTURED = ("relief", "sh", "latlong", "reflection", "shade", "textured")
 MESH_DEPTH = ("mesh_depth",)
 MESH_SURFACE = ("relief", "mesh_surface")
 BACKGROUND = ("camera", "latlong", "background")
+MEAN = ("mean",)
 GRAIN = 4  # samples along a side that a cone of the coarse pass holds
 _TEXELS = 1024  # in a row of the texture of weights
 

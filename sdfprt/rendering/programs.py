@@ -4,17 +4,17 @@ Weights, light, colours and camera change without compiling.
 """
 
 import functools
-import hashlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import moderngl
 
-from sdfprt.core import kernels, settings
+from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.opengl import context, driver
 from sdfprt.imaging.shot import Shot
+from sdfprt.light.light import Light
 from sdfprt.material.shading import ExactLight
 from sdfprt.network.cells import AnyNet, networks
 from sdfprt.rendering.pieces import (
@@ -45,11 +45,14 @@ from sdfprt.rendering.pieces import (
     volume_uniforms,
 )
 from sdfprt.rendering.targets import (
+    ENVIRONMENT_TEXELS,
     TARGET_SAMPLES,
     Kept,
     LightMaps,
+    Means,
     Target,
     Texture,
+    environment_texture,
     network_texture,
     scene_texture,
     volume_texture,
@@ -89,7 +92,9 @@ class Programs:
         self.textures: Kept[str, Texture] = Kept(PROGRAMS)
         self.meshes: Kept[str, Any] = Kept(MESHES)  # mesh_surface.MeshBuffers, which build on this file
         self.mesh_programs: Kept[tuple[str, ...], moderngl.Program] = Kept(PROGRAMS)
-        self.maps: Kept[str, LightMaps] = Kept(PROGRAMS // 3)  # by their values
+        self.maps: Kept[str, LightMaps] = Kept(PROGRAMS // 3)  # by what they are made of
+        self.environments: Kept[tuple[str, int], moderngl.Texture] = Kept(ENVIRONMENT_TEXELS, lambda key: key[1])
+        self.means: Kept[tuple[int, int], Means] = Kept(TARGET_SAMPLES, lambda size: size[0] * size[1])
         self.weights: Kept[str, moderngl.Texture] = Kept(PROGRAMS)
         self.volumes: Kept[str, moderngl.Texture3D] = Kept(MESHES)
         self.lit: dict[str, int] = {}  # samples, by the network's digest
@@ -101,7 +106,7 @@ class Programs:
         # A field may read none of its textures, and one that is a constant needs no taps
         set_uniforms(made.program, (*samplers, "normalStep", "keepLoops"), keepLoops=1, **scene_uniforms(scene), **samplers)
         for unit, texels in zip(samplers.values(), scene.texels.values(), strict=True):
-            self.textures.get(kernels.texture(texels.values), lambda t=texels: scene_texture(context(), t)).use(unit)
+            self.textures.get(texels.digest, lambda t=texels: scene_texture(context(), t)).use(unit)
         return made
 
     def sun_programs(self, scene: Scene) -> tuple[FullScreen, moderngl.ComputeShader]:
@@ -149,7 +154,7 @@ class Programs:
         return program
 
     def fixed_program(self, pieces: tuple[str, ...]) -> FullScreen:
-        """The program of a pass without anything of the scene's or the network's: FREE or BACKGROUND."""
+        """The program of a pass without anything of the scene's or the network's: FREE, BACKGROUND or MEAN."""
         return self._full_screen(pieces[-1], lambda: fixed_stage(pieces), pieces, pieces[-1])
 
     def mesh_program(self, pieces: tuple[str, ...]) -> moderngl.Program:
@@ -209,12 +214,17 @@ class Programs:
 
     def light_maps(self, exact: ExactLight) -> LightMaps:
         """The maps of a light, in their units."""
-        digest = hashlib.blake2b(exact.open_light.tobytes())
-        if exact.gloss is not None:
-            digest.update(exact.gloss.tobytes())
-        made = self.maps.get(digest.hexdigest(), lambda: LightMaps(context(), exact))
+        made = self.maps.get(exact.digest, lambda: LightMaps(context(), exact))
         made.use()
         return made
+
+    def environment(self, light: Light) -> moderngl.Texture:
+        """The map of a light, whole."""
+        texels = light.pixels.shape[0] * light.pixels.shape[1]
+        return self.environments.get((light.digest, texels), lambda: environment_texture(context(), light))
+
+    def mean(self, size: tuple[int, int]) -> Means:
+        return self.means.get(size, lambda: Means(size))
 
     def target(self, size: tuple[int, int]) -> Target:
         return self.targets.get(size, lambda: Target(size))

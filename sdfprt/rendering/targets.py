@@ -24,6 +24,7 @@ from sdfprt.sdf.textures import Texels
 from sdfprt.tables.volume import VolumeTable
 
 Texture = moderngl.Texture | moderngl.Texture3D
+ENVIRONMENT_TEXELS = 1 << 23  # of the maps of all lights that are kept whole, 12 to 16 bytes each
 TARGET_SAMPLES = 5 << 18  # of all targets that are kept together, 84 to 116 bytes each: a full tile and a quarter
 
 
@@ -73,6 +74,12 @@ class Target:
         self.list = gl.buffer(reserve=4 * (1 + size[0] * size[1]))
         self.suns: Sunlight | None = None
 
+    def empty_list(self) -> None:
+        """No hits yet: of the list only the count is read before it is written."""
+        context().memory_barrier()
+        self.list.write(bytes(4))
+        self.list.bind_to_storage_buffer(0)
+
     def sunlight(self) -> "Sunlight":
         """What the discs of a light give: only there where a light has discs."""
         if self.suns is None:
@@ -119,6 +126,18 @@ class Sunlight:
         """All but the sums, which may be mapped."""
         for thing in (self.coarse, self.reach, self.corners):
             thing.release()
+
+
+class Means:
+    """What the means of a tile's samples are drawn to."""
+
+    def __init__(self, size: tuple[int, int]) -> None:
+        self.texture = context().texture(size, 4, dtype="f4")
+        self.buffer = context().framebuffer([self.texture])
+
+    def release(self) -> None:
+        self.buffer.release()
+        self.texture.release()
 
 
 class LightMaps:

@@ -3,6 +3,8 @@
 Arrays of a scene are as people have them, row 0 of a picture on top; `Texels` are as OpenGL and the kernels have them.
 """
 
+import functools
+import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,6 +28,13 @@ class Texels:
 
     values: Float[ndarray, "a b c"]
     flat: bool  # a picture: repeats, where a volume is clamped
+
+    @functools.cached_property
+    def digest(self) -> str:
+        """Of all that a texture is made of."""
+        found = hashlib.blake2b(f"{self.values.shape} {self.values.dtype} {self.flat}".encode(), digest_size=16)
+        found.update(np.ascontiguousarray(self.values).data)
+        return found.hexdigest()
 
     @property
     def size(self) -> tuple[int, ...]:

@@ -1,5 +1,7 @@
 """Lights: files of many kinds, rotation, and the lights made in code."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -134,3 +136,31 @@ def test_coefficients_match_direct_projection_of_scipy_free_sum():
     d = sphere.latlong_directions(64, 128).reshape(-1, 3)
     weights = np.repeat(sphere.latlong_solid_angles(64, 128), 128, axis=1).reshape(-1, 1)
     np.testing.assert_allclose(light.sh(3), sh.basis(d, 3).T @ (light.pixels.reshape(-1, 3) * weights), rtol=0, atol=1e-6)
+
+
+def test_another_map_in_a_lights_place_is_checked_and_has_coefficients_of_its_own():
+    light = Light(np.ones((16, 32, 3), np.float32))
+    before = light.sh(3), light.digest
+    turned = light.rotated(yaw=20)
+    assert turned.digest == before[1] and turned.derived(("digest",), str) == before[1]
+    other = replace(turned, pixels=np.full((16, 32, 3), 2, np.float32))
+    np.testing.assert_allclose(other.sh(3), 2 * turned.sh(3), rtol=0, atol=1e-6)
+    assert other.digest != light.digest
+    np.testing.assert_array_equal(light.sh(3), before[0])
+    with pytest.raises(SdfprtError, match="NaN"):
+        replace(turned, pixels=np.full((16, 32, 3), np.nan, np.float32))
+
+
+def test_what_is_made_of_a_map_is_bounded_and_the_newest_stays():
+    light = Light(np.ones((4, 8, 3), np.float32))
+    for k in range(200):
+        assert light.derived(("k", k), lambda k=k: k + 1) == k + 1
+    assert light.derived(("k", 199), lambda: 0) == 200
+    assert light.derived(("k", 0), lambda: -1) == -1
+    assert len(light._derived) < 40
+
+
+def test_the_turn_of_coefficients_is_the_callers_own():
+    light = Light(np.ones((4, 8, 3), np.float32)).rotated(yaw=30)
+    light.turn(3)[:] = 0
+    np.testing.assert_array_equal(light.turn(3), sh.rotation(light.rotation, 3))

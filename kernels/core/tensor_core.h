@@ -1,6 +1,6 @@
 // Matrix products of tensor cores, m16n8k16 with halves in and float sums, and what a kernel around them asks of its 32 lanes.
-// Lane l of a warp holds parts of each matrix, g = l / 4 and t = l % 4 (PTX ISA, "Matrix fragments for mma.m16n8k16"), a pair of halves
-// in a word:
+// Lane l of a warp holds parts of each matrix, g = l / 4 and t = l % 4 (PTX ISA, "Matrix fragments for mma.m16n8k16"), a pair of
+// halves in a word:
 //     A, 16 x 16   word i: row g + 8 (i % 2), columns 2t + 8 (i / 2) and the next
 //     B, 16 x 8    word i: rows 2t + 8 i and the next, column g
 //     D, 16 x 8    float i: row g + 8 (i / 2), column 2t + i % 2
@@ -61,10 +61,35 @@ struct TensorCore {
                      : "=f"(to[0]), "=f"(to[1]), "=f"(to[2]), "=f"(to[3])
                      : "l"(from));
     }
-    static inline CUDA_CALLABLE void store(float* to, const float* from) {
-        asm volatile("st.global.v4.f32 [%0], {%1, %2, %3, %4};"
+    // What has been loaded before: by another instruction, lest the compiler keeps it from the first time, for which there are no
+    // registers either
+    static inline CUDA_CALLABLE void load_again(const float* from, float* to) {
+        asm volatile("ld.global.v4.f32 {%0, %1, %2, %3}, [%4];"
+                     : "=f"(to[0]), "=f"(to[1]), "=f"(to[2]), "=f"(to[3])
+                     : "l"(from));
+    }
+
+    // The same address, of which the compiler does not know that it was the same a packet ago: it would keep many sums with it
+    static inline CUDA_CALLABLE const int* anew(const int* p) {
+        asm volatile("mov.u64 %0, %0;" : "+l"(p));
+        return p;
+    }
+    static inline CUDA_CALLABLE const float* anew(const float* p) {
+        asm volatile("mov.u64 %0, %0;" : "+l"(p));
+        return p;
+    }
+
+    // One float, or four at a multiple of 16 bytes, where `so`; without a branch, for which what is stored would have to wait
+    static inline CUDA_CALLABLE void store(bool so, float* to, float value) {
+        asm volatile("{ .reg .pred p; setp.ne.s32 p, %0, 0; @p st.global.f32 [%1], %2; }"
                      :
-                     : "l"(to), "f"(from[0]), "f"(from[1]), "f"(from[2]), "f"(from[3])
+                     : "r"((int)so), "l"(to), "f"(value)
+                     : "memory");
+    }
+    static inline CUDA_CALLABLE void store(bool so, float* to, const float* from) {
+        asm volatile("{ .reg .pred p; setp.ne.s32 p, %0, 0; @p st.global.v4.f32 [%1], {%2, %3, %4, %5}; }"
+                     :
+                     : "r"((int)so), "l"(to), "f"(from[0]), "f"(from[1]), "f"(from[2]), "f"(from[3])
                      : "memory");
     }
 
@@ -74,6 +99,14 @@ struct TensorCore {
         asm("mul.rn.f16x2 %0, %1, %2;" : "=r"(less) : "r"(x), "r"(slope));
         asm("max.f16x2 %0, %1, %2;" : "=r"(larger) : "r"(x), "r"(less));
         return larger;
+    }
+
+    // One of three by a lane's number, without a branch
+    static inline CUDA_CALLABLE float choose(int which, float first, float second, float third) {
+        float late, chosen;
+        asm("{ .reg .pred p; setp.eq.s32 p, %1, 1; selp.f32 %0, %2, %3, p; }" : "=f"(late) : "r"(which), "f"(second), "f"(third));
+        asm("{ .reg .pred p; setp.eq.s32 p, %1, 0; selp.f32 %0, %2, %3, p; }" : "=f"(chosen) : "r"(which), "f"(first), "f"(late));
+        return chosen;
     }
 
     // Of the hardware: sine and cosine of -pi to pi to 2^-21, the others to 2^-22 of their value
@@ -136,8 +169,14 @@ struct TensorCore {
     static inline void load(const float* from, float* to) {
         for (int i = 0; i < 4; i++) to[i] = from[i];
     }
-    static inline void store(float* to, const float* from) {
-        for (int i = 0; i < 4; i++) to[i] = from[i];
+    static inline void load_again(const float* from, float* to) { load(from, to); }
+    static inline const int* anew(const int* p) { return p; }
+    static inline const float* anew(const float* p) { return p; }
+    static inline void store(bool so, float* to, float value) {
+        if (so) *to = value;
+    }
+    static inline void store(bool so, float* to, const float* from) {
+        for (int i = 0; i < 4; i++) store(so, to + i, from[i]);
     }
     static inline unsigned leaky(unsigned x, unsigned slope) {
         unsigned both = 0;
@@ -146,6 +185,9 @@ struct TensorCore {
             both |= half(value > less ? value : less) << 16 * e;
         }
         return both;
+    }
+    static inline float choose(int which, float first, float second, float third) {
+        return which == 0 ? first : which == 1 ? second : third;
     }
     static inline float sine(float x) { return wp::sin(x); }
     static inline float cosine(float x) { return wp::cos(x); }

@@ -1,14 +1,14 @@
 // The whole network for the 16 * ROW_TILES rows of packet `item`, on tensor cores: features, layers, transfer. Twin of
-// `TransferNet.predict`, with weights and activations in halves. Nothing but rows and results leaves the registers: what a layer's sums
-// are in is, packed, what the next layer's product takes in. A warp needs no other one.
+// `TransferNet.predict`, with weights and activations in halves. Nothing but rows and results leaves the registers: what a layer's
+// sums are in is, packed, what the next layer's product takes in. A warp needs no other one.
 //     1  rows: points, and whether any of them counts; normals
 //     2  features, in the order that lets each lane work out its own ones: `SLOTS` half pairs a lane and row
 //     3  layers, 16 neurons at a time: weights come in the order of the lanes, which network/fused.py gives them
 //     4  scale * tanh, and the transfer of an open sky where the network holds what is missing from it
-// Counts are constants: ROW_TILES; FEATURE_TILES, WIDTH_TILES, OUTPUT_TILES of 16 columns each; MIDDLE layers of the width between the
-// first and the last, MIDDLE_UNROLL of them unrolled; POSITIONS and NORMALS octaves; OUTPUTS; RESIDUAL. SLOPE is the leaky ReLU's.
-// Arguments: weights; numbers: the centre and 1 / extent, biases, scale; points, normals, rows of so many floats, of four and aligned if
-// `wide`; out; count of rows; masked: rows whose fourth number is not above 0.5 are left alone.
+// Counts are constants: ROW_TILES; FEATURE_TILES, WIDTH_TILES, OUTPUT_TILES of 16 columns each; MIDDLE layers of the width between
+// the first and the last, MIDDLE_UNROLL of them unrolled; POSITIONS and NORMALS octaves; OUTPUTS; RESIDUAL. SLOPE is the leaky ReLU's.
+// Arguments: weights; numbers: the centre and 1 / extent, biases, scale; points and normals, in rows of so many floats, a multiple
+// of four; out; count of rows; masked: rows whose fourth number is not above 0.5 are left alone. Indices of all are below 2^31.
 struct Fused : TensorCore {
     enum {
         SLOTS = 2 * FEATURE_TILES,
@@ -27,10 +27,10 @@ struct Fused : TensorCore {
         return octave < POSITIONS ? point * (0.5f * (1 << octave)) : normal * (0.5f * (1 << (octave - POSITIONS)));
     }
 
-    // Lane 0, 1 or 2 of four has sine and cosine of its component, an octave a slot; lane 3 the six numbers themselves, and then the
-    // octaves for which the others have no slots
+    // Lane 0, 1 or 2 of four has sine and cosine of its component, an octave a slot; lane 3 the six numbers themselves, and then
+    // the octaves for which the others have no slots
     static inline CUDA_CALLABLE void encode(const float* v, int t, unsigned* slots) {
-        const float point = t == 0 ? v[0] : t == 1 ? v[1] : v[2], normal = t == 0 ? v[3] : t == 1 ? v[4] : v[5];
+        const float point = choose(t, v[0], v[1], v[2]), normal = choose(t, v[3], v[4], v[5]);
         float s = 0.0f, c = 0.0f;
         UNROLL for (int slot = 0; slot < SLOTS; slot++) {
             const int octave = slot < POSITIONS ? slot : slot - POSITIONS, left = slot < 3 ? 0 : slot - 3;
@@ -71,7 +71,8 @@ struct Fused : TensorCore {
     }
 
     // A layer from `tiles` x 16 columns to the width
-    static inline CUDA_CALLABLE void layer(const Activations& in, int tiles, const int* weights, const float* biases, Activations& out) {
+    static inline CUDA_CALLABLE void layer(const Activations& in, int tiles, const int* weights, const float* biases,
+                                           Activations& out) {
         const unsigned slope = pack(SLOPE, SLOPE);
         UNROLL for (int block = 0; block < WIDTH_TILES; block++) {
             Sums sums[ROW_TILES][2];
@@ -92,42 +93,30 @@ struct Fused : TensorCore {
 
     // Coefficients 4t to 4t + 3 of the transfer of an open sky; twin of `open_sky` in sdfprt/network/mlp.py
     static inline CUDA_CALLABLE void add_sky(const float* n, int t, float* transfer) {
-        const float x = n[0], y = n[1], z = n[2];
-        const float a = 0.858085531f, b = 1.02332671f;
-        if (t == 0) transfer[0] += 0.886226925f, transfer[1] -= b * y, transfer[2] += b * z, transfer[3] -= b * x;
-        if (t == 1) transfer[0] += a * x * y, transfer[1] -= a * y * z, transfer[2] += 0.247707956f * (3.0f * z * z - 1.0f), transfer[3] -= a * x * z;
-        if (t == 2) transfer[0] += 0.5f * a * (x * x - y * y);
+        const float x = n[0], y = n[1], z = n[2], a = 0.858085531f, b = 1.02332671f;
+        transfer[0] += choose(t, 0.886226925f, a * x * y, t == 2 ? 0.5f * a * (x * x - y * y) : 0.0f);
+        transfer[1] += choose(t, -b * y, -a * y * z, 0.0f);
+        transfer[2] += choose(t, b * z, 0.247707956f * (3.0f * z * z - 1.0f), 0.0f);
+        transfer[3] += choose(t, -b * x, -a * x * z, 0.0f);
     }
 
-    // Row 16 m + 8 r of the packet and what the lane adds; past the last one the last one
-    static inline CUDA_CALLABLE int row_of(int item, int m, int r, int l, int count) {
-        const int row = item * 16 * ROW_TILES + 16 * m + 8 * r + (lane(l) >> 2);
-        return row < count ? row : count - 1;
-    }
-    static inline CUDA_CALLABLE void read(const float* rows, int stride, int row, int wide, float* to) {
-        const float* from = rows + (size_t)row * stride;
-        if (wide) {
-            float four[4];
-            load(from, four);
-            UNROLL for (int i = 0; i < 3; i++) to[i] = four[i];
-        } else {
-            UNROLL for (int i = 0; i < 3; i++) to[i] = from[i];
-        }
+    // Of a lane in row tile m, its upper or its lower one
+    static inline CUDA_CALLABLE int row_of(int item, int m, int lower, int l) {
+        return item * 16 * ROW_TILES + 16 * m + 8 * lower + (lane(l) >> 2);
     }
 };
 
 // Points, and a bit for each row that counts
-float v[HELD][ROW_TILES][2][6];
+float point[HELD][ROW_TILES][2][4];
 unsigned counts[HELD];
 UNROLL for (int l = 0; l < HELD; l++) {
     counts[l] = 0;
     UNROLL for (int m = 0; m < ROW_TILES; m++)
         UNROLL for (int r = 0; r < 2; r++) {
-            const int row = Fused::row_of(item, m, r, l, count);
-            const bool here = item * 16 * ROW_TILES + 16 * m + 8 * r + (Fused::lane(l) >> 2) < count;
-            const bool hit = masked ? points.data[(size_t)row * point_stride + 3] > 0.5f : true;
-            Fused::read(points.data, point_stride, row, wide, v[l][m][r]);
-            counts[l] |= (unsigned)(here && hit) << (2 * m + r);
+            const int row = Fused::row_of(item, m, r, l);
+            Fused::load(points.data + (row < count ? row : count - 1) * point_stride, point[l][m][r]);
+            const bool hit = !masked | (point[l][m][r][3] > 0.5f);
+            counts[l] |= (unsigned)((row < count) & hit) << (2 * m + r);
         }
 }
 if (Fused::any(counts)) {
@@ -138,11 +127,13 @@ if (Fused::any(counts)) {
     UNROLL for (int l = 0; l < HELD; l++)
         UNROLL for (int m = 0; m < ROW_TILES; m++)
             UNROLL for (int r = 0; r < 2; r++) {
-                float* one = v[l][m][r];
-                Fused::read(normals.data, normal_stride, Fused::row_of(item, m, r, l, count), wide, one + 3);
-                UNROLL for (int i = 0; i < 3; i++) one[i] = (one[i] - place[i]) * place[3];
+                const int row = Fused::row_of(item, m, r, l);
+                float normal[4];
+                Fused::load(normals.data + (row < count ? row : count - 1) * normal_stride, normal);
+                float six[6];
+                UNROLL for (int i = 0; i < 3; i++) six[i] = (point[l][m][r][i] - place[i]) * place[3], six[3 + i] = normal[i];
                 unsigned slots[Fused::SLOTS];
-                Fused::encode(one, Fused::lane(l) & 3, slots);
+                Fused::encode(six, Fused::lane(l) & 3, slots);
                 UNROLL for (int k = 0; k < FEATURE_TILES; k++) {
                     now.tiles[m][k].at[l][r] = slots[2 * k];
                     now.tiles[m][k].at[l][2 + r] = slots[2 * k + 1];
@@ -150,8 +141,8 @@ if (Fused::any(counts)) {
             }
 
     // Layers
-    const int* weights_here = weights.data;
-    const float* biases = numbers.data + 4;
+    const int* weights_here = Fused::anew(weights.data);
+    const float* biases = Fused::anew(numbers.data + 4);
     Fused::layer(now, FEATURE_TILES, weights_here, biases, next);
     weights_here += FEATURE_TILES * WIDTH_TILES * Fused::TILE;
     biases += Fused::BIASES * WIDTH_TILES;
@@ -175,22 +166,21 @@ if (Fused::any(counts)) {
             Fused::load(biases + Fused::BIASES * OUTPUT_TILES + at, scale);
             UNROLL for (int m = 0; m < ROW_TILES; m++)
                 UNROLL for (int r = 0; r < 2; r++) {
-                    if (!(counts[l] >> (2 * m + r) & 1)) continue;
-                    const int row = Fused::row_of(item, m, r, l, count);
+                    const int row = Fused::row_of(item, m, r, l);
                     float transfer[4];
                     UNROLL for (int i = 0; i < 4; i++)
                         transfer[i] = Fused::bounded(sums[m][i >> 1].at[l][2 * r + (i & 1)], scale[i]);
                     if (RESIDUAL && block == 0) {
-                        float n[3];
-                        Fused::read(normals.data, normal_stride, row, wide, n);
-                        Fused::add_sky(n, t, transfer);
+                        float normal[4];
+                        Fused::load_again(normals.data + (row < count ? row : count - 1) * normal_stride, normal);
+                        Fused::add_sky(normal, t, transfer);
                     }
-                    float* to = out.data + (size_t)row * OUTPUTS + at;
+                    const bool counting = counts[l] >> (2 * m + r) & 1;
+                    float* to = out.data + row * OUTPUTS + at;
                     if (OUTPUTS % 4 == 0) {
-                        if (at < OUTPUTS) Fused::store(to, transfer);
+                        Fused::store(counting & (at < OUTPUTS), to, transfer);
                     } else {
-                        UNROLL for (int i = 0; i < 4; i++)
-                            if (at + i < OUTPUTS) to[i] = transfer[i];
+                        UNROLL for (int i = 0; i < 4; i++) Fused::store(counting & (at + i < OUTPUTS), to + i, transfer[i]);
                     }
                 }
         }

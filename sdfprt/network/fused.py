@@ -30,11 +30,11 @@ ARGUMENTS = {  # of the kernel, in order
     "out": kernels.FLOATS,
     "point_stride": int,
     "normal_stride": int,
-    "wide": int,
     "count": int,
     "masked": int,
 }
 _SIDE = 16  # rows and columns of a tile
+_INDICES = 2**31 - 2**16  # that the kernel reaches in an array
 _LOOSE = 6  # layers between the first and the last up to which all are unrolled
 
 
@@ -250,13 +250,29 @@ def run(
     Rows of points and normals lie so many floats apart, x, y and z first. `masked`: a point's fourth number is above 0.5, or its
     row of `out` stays as it is. Runs on torch's current stream; may be captured in a graph. Raises SdfprtError where CUDA refuses.
     """
-    if not count:
-        return
-    starts = [tensor.data_ptr() for tensor in (points, normals)]
-    wide = not any(value % 4 for value in (point_stride, normal_stride)) and not any(start % 16 for start in starts)
-    whole = out.is_contiguous() and out.dtype == points.dtype == normals.dtype == torch.float32
-    if not whole or out.shape[-1] != packed.outputs or (packed.outputs % 4 == 0 and out.data_ptr() % 16):
-        raise SdfprtError(f"network: results {tuple(out.shape)} must be float32 rows of {packed.outputs}, together and aligned")
+    float32 = {tensor.dtype for tensor in (points, normals, out)} == {torch.float32}
+    if not float32 or out.shape != (count, packed.outputs) or not out.is_contiguous() or out.data_ptr() % 16:
+        raise SdfprtError(
+            f"network: results {tuple(out.shape)} must be {count} float32 rows of {packed.outputs}, aligned to 16 bytes"
+        )
+    points, point_stride = _in_fours(points, point_stride, count, 4 if masked else 3)
+    normals, normal_stride = _in_fours(normals, normal_stride, count, 3)
+    most = _INDICES // max(point_stride, normal_stride, packed.outputs) // 4 * 4
     rows = _SIDE * packed.shape.row_tiles * packed.shape.warps
-    arguments = packed.weights, packed.numbers, points, normals, out, point_stride, normal_stride, wide, count, masked
-    packed.kernel.launch(-(-count // rows), arguments)
+    for first in range(0, count, most):
+        some = min(most, count - first)
+        starts = _from(points, first * point_stride), _from(normals, first * normal_stride), out[first:]
+        arguments = packed.weights, packed.numbers, *starts, point_stride, normal_stride, some, int(masked)
+        packed.kernel.launch(-(-some // rows), arguments)
+
+
+def _from(values: torch.Tensor, first: int) -> torch.Tensor:
+    """What begins so many numbers later."""
+    return values.as_strided((1,), (1,), values.storage_offset() + first) if first else values
+
+
+def _in_fours(values: torch.Tensor, stride: int, count: int, columns: int) -> tuple[torch.Tensor, int]:
+    """Rows whose numbers a lane can read four at a time: these ones, or a copy of their first columns."""
+    if stride % 4 == 0 and values.data_ptr() % 16 == 0:
+        return values, stride
+    return torch.nn.functional.pad(values.as_strided((count, columns), (stride, 1)), (0, 4 - columns)).contiguous(), 4

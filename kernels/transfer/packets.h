@@ -1,4 +1,4 @@
-// Which rays of a batch leave the bounds. A batch is SDFPRT_GROUP origins with SDFPRT_SHARE rays each; all its rays move on by one
+// Which rays of a batch leave the bounds, on a CPU. A batch is SDFPRT_GROUP origins with SDFPRT_SHARE rays each; all its rays move on by one
 // step, those that have not ended are packed anew, and so on: no lane waits for another ray.
 //
 //   ball    the empty ball about a place near an origin (called by transfer.h, for the balls along the normal)
@@ -12,55 +12,15 @@
 //
 // Without a lattice all rays are in by_field. Places and lengths are in sides of the lattice's coarse cells, from its first corner,
 // in scene units where there is no lattice; distances are the field's times the scene's step.
-#if SDFPRT_LANES == 1
-#define SDFPRT_GROUP 4  // origins in a batch
-#else
-#define SDFPRT_GROUP 32
-#endif
+#define SDFPRT_GROUP 32  // origins in a batch
 #define SDFPRT_SHARE (SDFPRT_BATCH / SDFPRT_GROUP)
 #define SDFPRT_CHUNK 16  // packets whose cells are looked for together
 
-// How steps are chosen. No value is a matter of right or wrong, since a gap between two balls is always gone back to: `bench
-// transfer` shows for another value the rate, and the share of rays that agree with a plain march. Ratios, where no unit stands.
-constexpr float FIRST_SLOPE = -0.15f;  // change of the distance along a ray, assumed before the first step
-constexpr float DIVE_SLOPE = -0.2f;    // below this the ray falls towards a surface
-constexpr float DIVE_RELAX = 1.3f;     // a falling ray goes so much farther than to where it would meet the surface
-constexpr float CLIMB_RELAX = 1.8f;    // another goes so much farther than its ball; 2 would leave a gap wherever the slope falls
-constexpr float MOST_SLOPE = 0.8f;     // and is not taken to climb more steeply: at 1 a step would have no end
-constexpr float FAR_ENOUGH = 3.0f;     // from the surface, in errors of the lattice: there a ray goes by the lattice again
-constexpr float HARDLY_LEFT = 0.5f;    // from its origin, in coarse cells: nearer than this the field decides what is close
-constexpr float DOUBT_INSIDE = -2.0f;  // in errors of the lattice: deeper in the solid than this the plane is believed
-constexpr float CELL_END = 1.0001f;    // a step to the end of a cell ends beyond its face, by this
-constexpr float CELL_MARGIN = 1e-5f;   // and by this, in coarse cells, for the rounding
-constexpr float LEAST_STEP = 1e-9f;    // divides in place of a last step of 0
+// How the middle of a packet is followed
 constexpr int SKIPS = 16;              // balls along the middle of a packet, at most
 constexpr float SKIP_AHEAD = 1.5f;     // radii from one ball's centre to the next: less than 2, so that they overlap
 constexpr float SKIP_GROWTH = 0.4f;    // the next ball is at least so much farther, of the way so far
 constexpr float SKIP_LEAST = 0.1f;     // a ball that is smaller, of the way so far, helps no ray
-constexpr float BALL_LEAST = 0.01f;    // the same of a ball along the normal, of its height
-
-// Empty balls about places of one line, `radius` the step times the field there
-struct Balls : Simd {
-    float radius[16], inverse[16], ratio[16], rest[16];
-
-    inline CUDA_CALLABLE void set(int first, F height, F size) {
-        const M small = le(size, BALL_LEAST * height);  // none, or too small to help
-        const F inverted = 1.0f / sel(small, splat(1.0f), size), share = height * inverted;
-        spill(radius + first, size);
-        spill(inverse + first, inverted);
-        spill(ratio + first, share);
-        spill(rest + first, sel(small, splat(-1e30f), 1.0f - share * share));
-    }
-    // Where rays that are free as far as t leave ball k, their cosine to the line `c`; those that are not inside stay
-    inline CUDA_CALLABLE F past(int k, F t, F c, M& inside) const {
-        const F along = ratio[k] * c, half = mad(along, along, splat(rest[k]));  // in radii; half the chord, squared
-        const F ahead = mad(t, splat(inverse[k]), -along);
-        inside = le(ahead * ahead, half);
-        // The root of `half` from below, (3 - half) / 2 of it: no farther than the ball, and much quicker
-        const F end = radius[k] * mad(half, mad(half, splat(-0.5f), splat(1.5f)), along);
-        return sel(inside, max(t, end), t);
-    }
-};
 
 struct Packets : Simd {
     // Of each origin; its rays are SDFPRT_SHARE from those of the one before
@@ -105,7 +65,6 @@ struct Packets : Simd {
             for (int i = begin, n = 0; i < end; i += SDFPRT_LANES, n++) lattice.refine(cells[n], shift);
     }
 
-#if SDFPRT_LANES > 1
     // Moves the rays of each packet past empty balls along the middle of their directions: by the lattice or, if there is none, by
     // the field
     inline void skip(const float* box, float least, float step, int origins, int share) {
@@ -178,7 +137,6 @@ struct Packets : Simd {
             }
         }
     }
-#endif
 
     // The rays of one queue until they meet the surface, leave the bounds or are for the other queue
     __attribute__((always_inline)) inline CUDA_CALLABLE void march(bool by_the_field, RayQueue& queue, RayQueue& other,
@@ -191,52 +149,23 @@ struct Packets : Simd {
                 const int n = first / SDFPRT_LANES % SDFPRT_CHUNK;
                 if (!by_the_field && n == 0) find(queue, first, count, cells);
                 RayQueue::Rays rays = queue.at(first);
-                const F s = rays.s, last_radius = rays.last_radius, last_step = rays.last_step, hit_radius = rays.hit_radius;
-                F r, slope, cleared;
-                M doubt = none(), escapes = none();
+                Steps::Ahead at;
                 if (by_the_field) {
-                    r = field(mad(rays.u, s, rays.x), mad(rays.v, s, rays.y), mad(rays.w, s, rays.z), step);
-                    const F measured = (r - last_radius) / max(last_step, splat(LEAST_STEP));
-                    slope = sel(lt(splat(0.0f), last_step), measured, splat(FIRST_SLOPE));
-                    cleared = s + r;
+                    const F s = rays.s, x = mad(rays.u, s, rays.x), y = mad(rays.v, s, rays.y), z = mad(rays.w, s, rays.z);
+                    at = Steps::by_field(rays, field(x, y, z, step));
                 } else {
-                    const Lattice::Reading found = lattice.read(cells[n]);
-                    r = found.distance;
-                    slope = mad(found.z, rays.w, mad(found.y, rays.v, found.x * rays.u));
-                    escapes = ~eq(cells[n].clear & rays.sector, splat(0));
-                    // As far as the end of the cell, if there too the plane is above the surface
-                    const F ahead = Lattice::ahead(found, rays.u, rays.v, rays.w) / cells[n].parts;
-                    const F last = mad(splat(CELL_END), ahead, splat(CELL_MARGIN));
-                    cleared = s + sel(lt(hit_radius + lattice.error, min(r, mad(slope, last, r))), max(r, last), r);
-                    // Where a ray has hardly left, the lattice's error would decide
-                    const M close = lt(splat(DOUBT_INSIDE * lattice.error), r) & lt(r, hit_radius + lattice.error);
-                    doubt = found.rough | (lt(s, splat(HARDLY_LEFT)) & close);
+                    at = Steps::by_lattice(rays, lattice, cells[n]);
                 }
-                // A negative distance is met for certain. Where the balls of this step and of the last leave a gap between them,
-                // something may lie there: back to the end of the last ball. Else as far as the next ball will touch this one if
-                // the slope stays or, where the ray falls, just beyond where it would meet the surface (Balint and Valasek 2018)
-                const M gap = lt(last_radius + r, last_step);
-                const M met = (lt(r, splat(0.0f)) | (lt(r, hit_radius) & ~gap)) & ~doubt;
-                const M dive = lt(slope, splat(DIVE_SLOPE));
-                const F relax = sel(dive, splat(DIVE_RELAX), splat(CLIMB_RELAX));
-                const F relaxed = r * relax / sel(dive, -slope, 1.0f - min(slope, splat(MOST_SLOPE)));
-                const F place = sel(gap, s - last_step + last_radius, max(min(s + relaxed, rays.end - hit_radius), cleared));
-                rays.last_step = sel(doubt, last_step, sel(gap, splat(0.0f), place - s));
-                rays.last_radius = sel(doubt, last_radius, sel(gap, splat(0.0f), cleared - s));
-                rays.s = sel(doubt, s, place);
-
-                // What becomes of them
-                M turn = doubt;
-                if (by_the_field) turn = lattice.nx > 0 ? le(splat(FAR_ENOUGH * lattice.error), r) & ~gap : none();
-                const M out = (escapes & ~(gap | doubt)) | ~(lt(place, rays.end) | doubt | met);  // or is no number
-                const unsigned on = bits(lt(lanes(), splat(count - first))), ended = on & bits(met);
-                const unsigned under_way = on & ~bits(met | out), leaving = under_way & bits(turn);
+                const Steps::Became became = Steps::advance(rays, at);
+                M turn = at.doubt;
+                if (by_the_field) turn = lattice.nx > 0 ? Steps::far_enough(lattice, at, became.gap) : none();
+                const unsigned on = bits(lt(lanes(), splat(count - first))), ended = on & bits(became.met);
+                const unsigned under_way = on & ~bits(became.met | became.out), leaving = under_way & bits(turn);
                 queue.add(rays, under_way & ~leaving);
                 spill(blocked + blocked_count, permute(rays.ray, packing(ended)));
                 blocked_count += ones_of(ended);
                 if (leaving) {
-                    rays.s = rays.s - rays.last_step + rays.last_radius;
-                    rays.last_step = rays.last_radius = splat(0.0f);
+                    Steps::change(rays);
                     other.add(rays, leaving);
                 }
             }

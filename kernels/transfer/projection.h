@@ -1,5 +1,8 @@
 // The directions of a point's rays and their projection onto SH, the same for every kind of scene: cosine-weighted, an R2 sequence
-// shifted by a hash of the point's number and the seed. Needs SDFPRT_SHARE, the rays that a fan holds at most.
+// shifted by a hash of the point's number and the seed. SDFPRT_SHARE are the rays that a fan holds at most.
+#ifndef SDFPRT_SHARE
+#define SDFPRT_SHARE 1
+#endif
 
 // Unit directions in which a point looks, and 1 where the ray is free, 0 where it meets something or is none
 struct Fan {
@@ -7,7 +10,7 @@ struct Fan {
 };
 
 struct Directions : Simd {
-        float nx, ny, nz, px, py, pz, qx, qy, qz;  // the normal, and the frame about it
+    float nx, ny, nz, px, py, pz, qx, qy, qz;  // the normal, and the frame about it
     float shift;                               // of u
     const float* order;                        // u, cos(2 pi v), sin(2 pi v), `all` of each
     int all;
@@ -57,7 +60,7 @@ struct Projection : Simd {
             spill(re + at, fill(fan.free + at));
             spill(im + at, splat(0.0f));
         }
-        if (bands == 4) {  // known beforehand: sums stay in registers
+        if (SDFPRT_LANES > 1 && bands == 4) {  // known beforehand: sums stay in registers
             order(fan, count, 0, 4, recurrence, total);
             order(fan, count, 1, 4, recurrence, total);
             order(fan, count, 2, 4, recurrence, total);

@@ -1,22 +1,10 @@
 // A queue of rays under way. It is read packet by packet from the front and written anew from the front, rays that ended left out:
 // packets stay full and do not wait for each other. Lengths are those of packets.h.
-#if SDFPRT_LANES == 1
-#define SDFPRT_BATCH 16
-#define SDFPRT_ROOM (SDFPRT_BATCH + 1)
-#else
 #define SDFPRT_BATCH 4096                // rays, at most
 #define SDFPRT_ROOM (SDFPRT_BATCH + 80)  // more than a packet, which is written whole; rows do not fall on the same cache lines
-#endif
 
 struct RayQueue : Simd {
-    struct Rays {
-        F x, y, z, u, v, w;   // origin, unit direction
-        F s, end;             // how far along the ray is, and where it leaves the bounds
-        F hit_radius;         // within so much of the surface it has met it
-        F last_radius;        // of the empty ball about the place before
-        F last_step;          // from that place to this one; 0 at first, and after a gap
-        I ray, sector;        // its number, and that of its direction, as in Lattice
-    };
+    typedef Steps::Rays Rays;
     float x[SDFPRT_ROOM], y[SDFPRT_ROOM], z[SDFPRT_ROOM], u[SDFPRT_ROOM], v[SDFPRT_ROOM], w[SDFPRT_ROOM];
     float s[SDFPRT_ROOM], end[SDFPRT_ROOM], hit_radius[SDFPRT_ROOM], last_radius[SDFPRT_ROOM], last_step[SDFPRT_ROOM];
     int ray[SDFPRT_ROOM], sector[SDFPRT_ROOM];

@@ -12,9 +12,6 @@
 // Nothing moves from one item to another. Inside, lengths are in sides of the coarse cells (1 / scale scene units), places are from the
 // first corner of the lattice; the arguments offset and near are in scene units.
 
-// Balls along the normal: the first at the origin o itself, the next at twice its height above the surface, each of the others
-// 1.7 times as high: less than the 2 to which a ball above a plane reaches, so that they overlap. Eight fill a packet.
-constexpr float LOG_BALL_GROWTH = 0.530628f;  // the logarithm of 1.7
 {
     const int begin = item * SDFPRT_GROUP, members = total - begin < SDFPRT_GROUP ? total - begin : SDFPRT_GROUP;
     Packets packets;
@@ -28,9 +25,9 @@ constexpr float LOG_BALL_GROWTH = 0.530628f;  // the logarithm of 1.7
         for (int i = 0; i < bands * bands; i++) sum[g][i] = Simd::splat(0.0f);
 
     // 1: empty balls of each point, with centres o + h n
-    const int NEAR = SDFPRT_LANES == 1 ? 16 : 8;
+    const int NEAR = 8;  // a packet
     float height[NEAR];
-    for (int k = 0; k < NEAR; k++) height[k] = k == 0 ? 0.0f : 2.0f * offset * scale * expf(LOG_BALL_GROWTH * (float)(k - 1));
+    for (int k = 0; k < NEAR; k++) height[k] = Balls::height(k, offset * scale);
     Balls balls[SDFPRT_GROUP];
     for (int g = 0; g < members; g++) {
         const float* p = points.data + 3 * (begin + g);
@@ -79,9 +76,7 @@ constexpr float LOG_BALL_GROWTH = 0.530628f;  // the logarithm of 1.7
             }
         }
         // 3 and 4: which rays are free
-#if SDFPRT_LANES > 1
         if (shadowed) packets.skip(bounds, offset * scale, step, members, padded);
-#endif
         if (shadowed) packets.trace(step, steps, members, padded);
 
         // 5: their basis

@@ -134,18 +134,26 @@ def piece(name: str) -> str:
     return (folder("kernels") / name).read_text()
 
 
-def build(scene: str, pieces: tuple[str, ...], arguments: dict[str, Any], fused: bool = False, lanes: int = LANES) -> Any:
+def build(
+    scene: str,
+    pieces: tuple[str, ...],
+    arguments: dict[str, Any],
+    fused: bool = False,
+    lanes: int = LANES,
+    registers: int | None = None,
+) -> Any:
     """A Warp kernel over `first + thread` that runs the last piece as its body, after simd.h, scene and the others.
 
     `arguments` gives the kind of each: float, int, FLOATS or WHOLES. `lanes`, 8 or 16, is what a packet has on the CPU.
     `fused` lets the compiler round a product and the sum it goes into once, which is quicker, in a kernel without a scene. A
     scene's field never gets that: each kernel would fuse other products, and the field would be another one in each. Kernels
-    around a scene say `mad` where sums of their own shall be rounded once. Raises SdfprtError for `fused` with a scene.
+    around a scene say `mad` where sums of their own shall be rounded once. `registers` is what a thread has on CUDA at most, so
+    that more of them run at once. Raises SdfprtError for `fused` with a scene.
     """
     if fused and scene:
         raise SdfprtError("a kernel that holds a scene may not fuse products and sums: the field would be another one in it")
     with _building:
-        return _kernel(device(), scene, pieces, tuple(arguments.items()), fused, lanes)
+        return _kernel(device(), scene, pieces, tuple(arguments.items()), fused, lanes, registers)
 
 
 def texture(values: ndarray) -> str:
@@ -168,7 +176,7 @@ _textures: "weakref.WeakValueDictionary[tuple[str, str], wp.array]" = weakref.We
 
 @functools.lru_cache(maxsize=64)
 @no_type_check
-def _kernel(where: str, scene: str, pieces: tuple[str, ...], arguments: tuple, fused: bool, lanes: int):
+def _kernel(where: str, scene: str, pieces: tuple[str, ...], arguments: tuple, fused: bool, lanes: int, registers: int | None):
     wp = warp()
     kinds = {FLOATS: wp.array(dtype=float), WHOLES: wp.array(dtype=int)}
     textures = tuple(dict.fromkeys(re.findall(r"\btexture_[0-9a-f]{16}\b", scene)))
@@ -197,7 +205,9 @@ def _kernel(where: str, scene: str, pieces: tuple[str, ...], arguments: tuple, f
     # Options go in here: Warp keeps those of CUDA when it makes the kernel, and what is set on its module later is not read. CUDA's
     # compiler fuses products and sums by default.
     options = {"cpu_compiler_flags": _FLAGS, "fuse_fp": fused and where.startswith("cuda")}
-    made = wp.kernel(enable_backward=False, module="unique", module_options=options)(scope[f"kernel_{key}"])
+    made = wp.kernel(enable_backward=False, cuda_max_registers=registers, module="unique", module_options=options)(
+        scope[f"kernel_{key}"]
+    )
     made.textures = textures
     made.loaded = set()  # places where it has been compiled
     return made

@@ -20,22 +20,29 @@ from sdfprt.transfer.mesh import mesh_transfer
 from sdfprt.transfer.projection import LANES
 
 _CHUNK = 16_384  # points a launch
+_RAYS = 1 << 25  # a launch on a card: a slow one that draws the screen too must not seem to hang
+_THREADS = 1 << 19  # of a launch that keep a card busy
+_REGISTERS = 80  # of a thread on a card: three blocks of 256 fit a processor
+_LEAST = 8  # rays of a thread, where more threads share a point
 MAX_BANDS, MAX_RAYS = 8, 1 << 20
-GROUP = 32  # points an item, 4 where it has one lane, as SDFPRT_GROUP in kernels/transfer/packets.h
+GROUP = 32  # points an item on the CPU, as SDFPRT_GROUP in kernels/transfer/packets.h
 
 
 def kernel(scene: Scene) -> Any:
-    """What computes transfer, SDFPRT_GROUP points an item."""
+    """What computes transfer: GROUP points an item by packets, or with one lane, as on CUDA, a share of a point's rays."""
     flat, whole = kernels.FLOATS, kernels.WHOLES
+    packets = "transfer/queue.h", "transfer/packets.h", "transfer/projection.h", "transfer/transfer.h"
+    threads = "transfer/projection.h", "transfer/threads.h"
     return kernels.build(
         scene.native,
-        ("sdf/trace.h", "sdf/lattice.h", "transfer/queue.h", "transfer/packets.h", "transfer/projection.h", "transfer/transfer.h"),
+        ("sdf/trace.h", "sdf/lattice.h", "transfer/steps.h", *(threads if kernels.lanes() == 1 else packets)),
         {
             "points": flat, "normals": flat, "out": flat, "box": flat, "recurrence": flat, "sequence": flat,
             "records": whole, "clear": whole, "frame": flat, "numbers": whole, "bands": int, "rays": int, "seed": int,
-            "shadowed": int, "total": int, "offset": float, "near": float, "step": float, "steps": int,
+            "shadowed": int, "total": int, "parts": int, "offset": float, "near": float, "step": float, "steps": int,
         },
         lanes=LANES,
+        registers=_REGISTERS,
     )  # fmt: skip
 
 
@@ -77,22 +84,33 @@ def compute_transfer(
     by = lattice or NO_LATTICE
     box = kernels.array(lattice.box if lattice else scene.bounds)
     stand_in = [kernels.array(by.records, int), kernels.array(by.clear, int), kernels.array(by.frame)]
-    group = 4 if kernels.lanes() == 1 else GROUP
+    on_card = kernels.device().startswith("cuda")
+    chunk = max(min(_RAYS // rays, len(points)), 1) if on_card else _CHUNK
     along = projection.neighbours(points, scene.bounds)
     with track("transfer", len(points)) as advance:
-        for first in range(0, len(points), _CHUNK):
-            part = along[first : first + _CHUNK]
+        for first in range(0, len(points), chunk):
+            part = along[first : first + chunk]
             count = len(part)
+            parts = _sharing(count, rays) if on_card else 1
             out = kernels.zeros(count * bands * bands)
             arrays = [kernels.array(x[part]) for x in (points, normals)]
             numbers = kernels.array(start + part, int)
-            fixed = [out, box, recurrence, sequence, *stand_in, numbers, bands, rays, seed, int(shadowed), count]
-            kernels.launch(traced, -(-count // group), [*arrays, *fixed, *limits, settings.Trace.steps])
+            fixed = [out, box, recurrence, sequence, *stand_in, numbers, bands, rays, seed, int(shadowed), count, parts]
+            items = -(-count // GROUP) if kernels.lanes() > 1 else -(-count * parts // 32) * 32 if on_card else count
+            kernels.launch(traced, items, [*arrays, *fixed, *limits, settings.Trace.steps])
             result[part] = out.numpy().reshape(count, -1)
             advance(count)
     if not np.isfinite(result).all():
         raise SdfprtError(f"{scene.file}: transfer is not finite; does the SDF give NaN? `sdfprt check` counts them")
     return result
+
+
+def _sharing(points: int, rays: int) -> int:
+    """Threads that share a point, a power of two: as many as keep a card busy, up to 16, with _LEAST rays each or more."""
+    parts = 1
+    while parts < 16 and points * parts < _THREADS and rays >= 2 * parts * _LEAST:
+        parts *= 2
+    return parts
 
 
 def unshadowed(normals: Float[ndarray, "n 3"], bands: int) -> Float[ndarray, "n k"]:

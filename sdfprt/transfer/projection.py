@@ -75,8 +75,15 @@ def neighbours(points: Float[ndarray, "n 3"], box: Any) -> ndarray:
     """Numbers of the points along a Z-order curve, so that those traced together read the same memory."""
     low, high = np.asarray(box)
     cell = np.clip((points - low) / (high - low).max() * 1024, 0, 1023).astype(np.int64)
-    place = np.zeros(len(points), np.int64)
-    for bit in range(10):
-        for axis in range(3):
-            place |= (cell[:, axis] >> bit & 1) << (3 * bit + axis)
-    return np.argsort(place, kind="stable")
+    spread = _spread()
+    place = spread[cell[:, 0]] | spread[cell[:, 1]] << 1 | spread[cell[:, 2]] << 2
+    # By the lower half of the bits, then by the upper one: numpy sorts numbers of 16 bits several times as fast
+    order = np.argsort((place & 0x7FFF).astype(np.uint16), kind="stable")
+    return order[np.argsort((place >> 15).astype(np.uint16)[order], kind="stable")]
+
+
+@functools.cache
+def _spread() -> ndarray:
+    """Ten bits of each number, two places apart."""
+    numbers = np.arange(1024, dtype=np.uint32)
+    return np.bitwise_or.reduce([(numbers >> bit & 1) << 3 * bit for bit in range(10)])

@@ -74,6 +74,23 @@ def test_rays_and_transfer_are_the_same(scene: Scene, scalar):
         assert np.sqrt(np.mean((scalar(run) - run()) ** 2)) < 2e-3
 
 
+@pytest.mark.parametrize(
+    ("options", "tolerance"),
+    [
+        ({"bands": 6, "rays": 37, "sampling": "random", "seed": 3}, 2e-3),  # a ray in a thousand grazes
+        ({"bands": 1, "rays": 1, "start": 1000}, 1e-2),  # one ray in 300 points is all of a coefficient
+        ({"rays": 20, "shadowed": False}, 1e-6),
+    ],
+    ids=str,
+)
+def test_a_thread_that_follows_rays_one_by_one_gives_the_transfer_of_packets(scene: Scene, scalar, options, tolerance):
+    found = sample_surface(scene, 301, resolution=64)
+    one, packets = (
+        call(lambda: compute_transfer(scene, found.points, found.normals, **options)) for call in (scalar, lambda f: f())
+    )
+    assert np.sqrt(np.mean((one - packets) ** 2)) < tolerance * max(float(np.abs(packets).max()), 1.0)
+
+
 def test_path_traced_pictures_agree_within_their_noise(scene: Scene, scalar):
 
     def run():

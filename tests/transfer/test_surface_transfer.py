@@ -145,7 +145,8 @@ def test_wrong_arguments_are_refused(scene: Scene):
         compute_transfer(scene, p, p, bands=9)
 
 
-def test_transfer_kernels_compile_for_cuda(scene: Scene, tmp_path):
+def test_transfer_kernels_compile_for_cuda(scene: Scene, tmp_path, monkeypatch):
+    monkeypatch.setattr(kernels, "device", lambda: "cuda")
     flat = wp.array(dtype=float)
     arguments = dict.fromkeys(("origins", "directions", "out", "box"), flat) | dict.fromkeys(("near", "step", "relaxation"), float)
     visible = kernels.build(scene.native, ("sdf/trace.h", "sdf/visible.h"), arguments | {"steps": int})

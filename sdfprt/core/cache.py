@@ -26,14 +26,16 @@ _TEXT = f"{_SIGNATURE}\n{_OWN} sdfprt removes old files that it wrote here itsel
 _INSIDE = "sdfprt-cache"  # the cache in a folder that holds other things
 
 # What sdfprt writes below the cache's folder, by names relative to it
-WORK, ASSETS, CUBINS = "work", "assets", "cuda"
+WORK, ASSETS, CUBINS, LIGHTS = "work", "assets", "cuda", "lights"
 _HASH = r"[0-9a-f]{16,20}"
 _FILES = re.compile(
     rf"backends\.json|{ASSETS}/{_HASH}-(k\d+|{_HASH})\.safetensors|{CUBINS}/{_HASH}\.cubin"
+    rf"|{LIGHTS}/map-{_HASH}\.safetensors"
     rf"|{WORK}/((surface|view)-{_HASH}\.npz|fit-{_HASH}\.(safetensors|part)|(transfer|bounce)-{_HASH}/\d{{8}}\.npz)"
     r"|(.*/)?\.(sdfprt|backends|surface|view|fit|\d{8}|[0-9a-f]{16})-[^/]*"  # hidden files of writes that were killed
 )
-_FOLDERS = re.compile(rf"warp(/.*)?|{ASSETS}|{CUBINS}|{WORK}|{WORK}/(transfer|bounce)-{_HASH}")  # warp: kernels that Warp compiled
+# `warp` are kernels that Warp compiled
+_FOLDERS = re.compile(rf"warp(/.*)?|{ASSETS}|{CUBINS}|{LIGHTS}|{WORK}|{WORK}/(transfer|bounce)-{_HASH}")
 
 
 def cache_folder() -> Path:
@@ -116,23 +118,40 @@ def _is_ours(root: Path, path: Path) -> bool:
     return bool(_FILES.fullmatch(name)) or name.startswith("warp/")
 
 
+def _newest_first(name: str) -> list[tuple[float, int, Path]]:
+    """Time, bytes and path of what lies in a folder of the cache: what bears a name that the cache gives, and no link."""
+    folder = cache_folder() / name
+    if folder.is_symlink() or not folder.is_dir():
+        return []
+    remove_leftovers(folder)
+    entries = []
+    for path in folder.iterdir():
+        names = _FOLDERS if path.is_dir() else _FILES
+        hidden = path.name.startswith(".")  # another process' temporary file
+        try:
+            if not hidden and not path.is_symlink() and names.fullmatch(f"{name}/{path.name}"):
+                found = path.stat()
+                entries.append((found.st_mtime, found.st_size, path))
+        except OSError:
+            continue  # another process was quicker
+    return sorted(entries, reverse=True)
+
+
+def trim_lights(most: int) -> None:
+    """Remove the oldest maps of lights until the others take no more than `most` bytes; the newest stays."""
+    total = 0
+    for number, (_, size, path) in enumerate(_newest_first(LIGHTS)):
+        total += size
+        if number and total > most:
+            try:
+                path.unlink(missing_ok=True)
+            except OSError:
+                continue  # a folder of that name, or one that must not be written
+
+
 def trim_work(keep: int) -> None:
     """Remove all but the newest `keep` working files: only those whose names the cache gives, and nothing through a link."""
-    root = cache_folder()
-    work = root / WORK
-    if work.is_symlink() or not work.is_dir():
-        return
-    remove_leftovers(work)
-    entries = []
-    for path in work.iterdir():
-        names = _FOLDERS if path.is_dir() else _FILES
-        hidden = path.name.startswith(".")  # another bake's temporary file
-        try:
-            if not hidden and not path.is_symlink() and names.fullmatch(f"{WORK}/{path.name}"):
-                entries.append((path.stat().st_mtime, path))
-        except OSError:
-            continue  # another bake was quicker
-    for _, path in sorted(entries, reverse=True)[keep:]:
+    for _, _, path in _newest_first(WORK)[keep:]:
         try:
             if not path.is_dir():
                 path.unlink(missing_ok=True)

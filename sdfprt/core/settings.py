@@ -150,6 +150,7 @@ class Gloss:
     levels: int = 11  # exponents 1, 2, 4 … where the exponent varies over the surface
     level_rows: int = 64  # of their maps
     open_bands: int = 9  # of an open sky's diffuse light; beyond them the clamped cosine has less than 1e-3 of it
+    cached: int = 256 << 20  # bytes of maps in the cache, of 2 to 40 MB a light and lobe
 
 
 @dataclass(frozen=True)

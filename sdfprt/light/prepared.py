@@ -9,6 +9,7 @@ from numpy import ndarray
 from sdfprt.core import settings
 from sdfprt.imaging.shot import Lighting
 from sdfprt.light import prefiltered
+from sdfprt.light.kept import kept
 from sdfprt.light.light import Light
 from sdfprt.light.suns import Suns
 from sdfprt.material.lobes import Material, Phong, reflects
@@ -34,7 +35,7 @@ class PreparedLight:
 def prepare(light: Light, lighting: Lighting, material: Material, bands: int, varying: bool = False) -> PreparedLight:
     """The light for transfer of `bands` bands and a material, whose exponent is `varying` where the surface gives it.
 
-    Everything but the rotation is kept with the light: another turn of it costs nothing.
+    Everything but the rotation is kept with the light: another turn of it costs nothing. Maps are kept in the cache too.
     """
     suns, rest = light.without_suns(lighting.most_suns)
     if not len(suns):
@@ -51,20 +52,24 @@ def _exact(light: Light, material: Material, bands: int, varying: bool) -> Exact
     def pixels() -> ndarray:
         return prefiltered.shrunk(light.pixels)
 
-    exponents, rows = [lobe.exponent for lobe in material.lobes if isinstance(lobe, Phong)], None
-    if exponents and varying:
+    source = light.derived(("source",), lambda: prefiltered.digest(pixels()))
+    finest, least = settings.Gloss.open_bands, settings.Gloss.least_rows
+    opened = light.derived(
+        ("open", bands), lambda: kept(("open", source, bands, finest, least), lambda: prefiltered.open_light(pixels(), bands))
+    )
+    exponents = [lobe.exponent for lobe in material.lobes if isinstance(lobe, Phong)]
+    if not exponents:
+        return ExactLight(light.rotation, light.turn(bands), opened, None, varying, f"{source} {bands}")
+
+    # F_j of the lobe, or, where the surface gives its exponent, of a few
+    if varying:
         exponents, rows = [2.0**level for level in range(settings.Gloss.levels)], settings.Gloss.level_rows
+    else:
+        rows = prefiltered.rows_for(max(exponents))
+    made_of = "gloss", bands, *exponents, rows
 
     def gloss() -> ndarray:
         return np.stack([prefiltered.prefilter(pixels(), bands, exponent, rows) for exponent in exponents])
 
-    source = light.derived(("source",), lambda: prefiltered.digest(pixels()))
-    made_of = bands, *exponents, rows
-    return ExactLight(
-        light.rotation,
-        light.turn(bands),
-        light.derived(("open", bands), lambda: prefiltered.open_light(pixels(), bands)),
-        light.derived(("gloss", *made_of), gloss) if exponents else None,
-        varying,
-        f"{source} {made_of}",
-    )
+    maps = light.derived(made_of, lambda: kept((source, *made_of), gloss))
+    return ExactLight(light.rotation, light.turn(bands), opened, maps, varying, f"{source} {made_of}")

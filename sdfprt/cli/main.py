@@ -42,6 +42,8 @@ def one_line(error: Exception) -> str:
         line = f"{kind}: {text}"
     elif isinstance(error, MemoryError):
         line = f"MemoryError: not enough memory ({_place(error)}); ask for less: points, size, samples, width"
+    elif kind == "OutOfMemoryError":  # torch's, of a card
+        line = f"{kind}: the card's memory does not do ({_place(error)}); ask for less: size, samples; or close other programs"
     elif isinstance(error, OSError) and error.filename is not None:
         line = f"{kind}: {error.filename}: {error.strerror}"
     else:

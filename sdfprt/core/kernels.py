@@ -13,6 +13,7 @@ import re
 import sys
 import threading
 import weakref
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any, no_type_check
 
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 LANES = 16  # of a packet on the CPU, as in kernels/core/simd.h; arrays of rays are padded to whole packets everywhere
 FLOATS, WHOLES = "floats", "whole numbers"  # kinds of arguments that are arrays
 DEVICE = "SDFPRT_DEVICE"
+OLDEST = 75  # ten times the compute capability that the compiler of CUDA 13 begins with
 # Packets are vectors already: what the compiler makes of the scalar parts costs more than it spares. Warp's own limits for inlining
 # double the time to compile, for the same speed.
 _FLAGS = "-march=native -fno-vectorize -fno-slp-vectorize"
@@ -52,17 +54,32 @@ os.register_at_fork(after_in_child=_after_fork)
 def device() -> str:
     """Where kernels run, $SDFPRT_DEVICE: cpu (the default), cuda, cuda:1 …, or scalar, the CPU with one lane as CUDA has it.
 
-    Raises SdfprtError for another name, and for a CUDA device that Warp does not find.
+    Raises SdfprtError for another name, and for a card that Warp does not find or that is too old for it.
     """
     name = os.environ.get(DEVICE) or "cpu"
     if name not in ("cpu", "scalar"):
-        try:
-            if not re.fullmatch(r"cuda(:\d+)?", name):
-                raise ValueError("there are cpu, cuda, cuda:1 …, and scalar")
-            warp().get_device(name)
-        except Exception as error:
-            raise SdfprtError(f"{DEVICE}={name}: {error}") from None
+        _find_card(name)
     return name
+
+
+@functools.cache
+def _find_card(name: str) -> None:
+    """Raises SdfprtError where Warp has no such card, or one that its compiler does not know any more."""
+    if not re.fullmatch(r"cuda(:\d+)?", name):
+        raise SdfprtError(f"{DEVICE}={name}: there are cpu, cuda, cuda:1 …, and scalar")
+    wp = warp()
+    if not wp.is_cuda_available():
+        raise SdfprtError(f"{DEVICE}={name}: no NVIDIA card with a driver (nvidia-smi lists them); unset {DEVICE} to use the CPU")
+    count = wp.get_cuda_device_count()
+    if int(name.partition(":")[2] or 0) >= count:
+        raise SdfprtError(f"{DEVICE}={name}: this machine's cards are {', '.join(f'cuda:{k}' for k in range(count))}")
+    card = wp.get_device(name)
+    if card.arch < OLDEST:
+        has, least = (f"{arch // 10}.{arch % 10}" for arch in (card.arch, OLDEST))
+        raise SdfprtError(
+            f"{DEVICE}={name}: {card.name} is too old for kernels (compute capability {has}, {least} is the least); "
+            f"unset {DEVICE} to use the CPU"
+        )
 
 
 def lanes() -> int:
@@ -83,11 +100,25 @@ def array(values: Any, kind: Any = float) -> "wp.array":
     values = np.asarray(values)
     flat = values.ravel() if kind in (float, int) else values
     number = np.int32 if kind is int else np.float32
-    return warp().array(np.ascontiguousarray(flat, dtype=number), dtype=kind, device=_place(), copy=False)
+    flat = np.ascontiguousarray(flat, dtype=number)
+    return _allocated(lambda: warp().array(flat, dtype=kind, device=_place(), copy=False), flat.nbytes)
 
 
 def zeros(count: int) -> "wp.array":
-    return warp().zeros(count, dtype=float, device=_place())
+    return _allocated(lambda: warp().zeros(count, dtype=float, device=_place()), 4 * count)
+
+
+class OutOfMemory(SdfprtError):
+    """The memory of the device, or of the machine, does not hold an array."""
+
+
+def _allocated(make: Callable[[], "wp.array"], size: int) -> "wp.array":
+    try:
+        return make()
+    except RuntimeError as error:
+        if "allocate" not in str(error):
+            raise
+        raise OutOfMemory(f"{device()}: out of memory: no room for {size / 2**20:,.0f} MB more; close what else uses it") from None
 
 
 def _place() -> str:

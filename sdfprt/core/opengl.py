@@ -10,6 +10,7 @@ import os
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import ParamSpec, TypeVar
 
 import moderngl
@@ -17,8 +18,10 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray
 
+from sdfprt.core import cards
 from sdfprt.core.errors import SdfprtError
 
+NVIDIA = Path("/proc/driver/nvidia/version")  # where Linux has NVIDIA's driver
 _P = ParamSpec("_P")
 _T = TypeVar("_T")
 
@@ -70,16 +73,26 @@ def in_render_thread(function: Callable[_P, _T]) -> Callable[_P, _T]:
 
 @functools.cache
 def _make_context() -> moderngl.Context:
+    """On the card that $SDFPRT_DEVICE names by number, where EGL tells which that is; else on EGL's first."""
+    number = cards.named()
+    place = None if number is None else cards.egl_device(number)
     try:
-        return moderngl.create_context(standalone=True, backend="egl", require=430)  # type: ignore[call-arg]
+        return moderngl.create_context(standalone=True, backend="egl", require=430, device_index=place)  # type: ignore[call-arg]
     except Exception as egl:
         try:
             return moderngl.create_standalone_context(require=430)
         except Exception:
-            raise SdfprtError(
-                f"no OpenGL 4.3 on this machine ({egl}). On Debian: apt-get install libegl1 libgl1-mesa-dri; "
-                "without OpenGL use --backend warp"
-            ) from None
+            raise SdfprtError(f"no OpenGL 4.3 on this machine ({egl}). {_remedy()}; without OpenGL use --backend warp") from None
+
+
+def _remedy() -> str:
+    """What to install: beside NVIDIA's driver its own EGL, else Mesa's."""
+    if NVIDIA.exists():
+        return (
+            "NVIDIA's driver is here without its EGL: install its OpenGL libraries (on Debian libnvidia-egl and libegl1), in a "
+            "container set NVIDIA_DRIVER_CAPABILITIES=all"
+        )
+    return "On Debian: apt-get install libegl1 libgl1-mesa-dri"
 
 
 @in_render_thread

@@ -1,6 +1,5 @@
 """Kernels with one lane, as CUDA has them, compute on the CPU what those with sixteen do."""
 
-import os
 import re
 import subprocess
 import sys
@@ -12,7 +11,10 @@ import pytest
 from sdfprt import Light, Scene, compute_transfer, sample_surface
 from sdfprt.core import kernels
 from sdfprt.core.errors import SdfprtError
+from sdfprt.core.resources import folder
 from sdfprt.material.lobes import DiffusePhong
+from sdfprt.mesh import rays
+from sdfprt.mesh.samples import sample
 from sdfprt.sdf import lattice, trace
 from sdfprt.sdf.colour import colours
 from sdfprt.sdf.compiled import distance_kernel
@@ -125,16 +127,41 @@ def test_a_device_that_is_not_there_is_one_clear_error(scene: Scene, monkeypatch
         scene.distance(np.zeros((1, 3), np.float32))
 
 
-def test_a_picture_with_shipped_weights_needs_no_warp(tmp_path: Path):
-    """OpenGL alone draws it; what needs Warp says in one line what is missing."""
-    (tmp_path / "warp").mkdir()
-    (tmp_path / "warp" / "__init__.py").write_text("raise ImportError('not here')")
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
-    command = [sys.executable, "-m", "sdfprt", "render", "rabbit", "--size", "24x16", "--backend", "glsl"]
-    drawn = subprocess.run([*command, "-o", str(tmp_path / "a.exr")], capture_output=True, text=True, env=environment, timeout=300)
-    assert drawn.returncode == 0 and (tmp_path / "a.exr").is_file(), drawn.stderr
-    command[-1] = "warp"
-    refused = subprocess.run(
-        [*command, "-o", str(tmp_path / "b.exr")], capture_output=True, text=True, env=environment, timeout=300
-    )
-    assert refused.returncode == 1 and refused.stderr.count("\n") == 1 and "Warp is missing" in refused.stderr, refused.stderr
+def test_meshes_are_traced_with_one_lane_too(scalar):
+    room = Scene.load(folder("sdf_library") / "meshes" / "room.py")
+    points, normals = sample(room, 200)
+    for run in (
+        lambda: rays.meet(room, points + 0.1 * normals, -normals).distance,
+        lambda: compute_transfer(room, points, normals, rays=64),
+    ):
+        np.testing.assert_allclose(scalar(run), run(), atol=1e-3)
+
+
+WITHOUT_WARP = """
+import sys, sdfprt
+from sdfprt.cli.main import app, one_line
+sys.modules["warp"] = None  # its import fails
+for command in {commands}:
+    try:
+        app(command, standalone_mode=False)
+    except Exception as error:
+        print(command[0], command[-1], one_line(error))
+    except SystemExit as end:
+        assert not end.code, command
+assert "triton" not in sys.modules and "cuda" not in sys.modules
+"""
+
+
+def test_pictures_with_shipped_weights_need_no_warp(tmp_path: Path):
+    """OpenGL and torch draw them; what needs Warp says in one line what is missing."""
+    draw = ["render", "rabbit", "--size", "24x16"]
+    commands = [["--help"], ["scenes"], ["lights"], ["bench"]]
+    commands += [[*draw, "-o", str(tmp_path / f"{name}.exr"), "--backend", name] for name in ("glsl", "torch", "warp")]
+    commands += [["check", "rabbit"], ["reference", "rabbit", "--size", "8x8", "-o", str(tmp_path / "truth.exr")]]
+    script = WITHOUT_WARP.format(commands=commands)
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert {path.name for path in tmp_path.iterdir()} == {"glsl.exr", "torch.exr"}, done.stdout
+    refused = [line for line in done.stdout.splitlines() if "Error: " in line]
+    assert [line.split()[0] for line in refused] == ["render", "check", "reference"], done.stdout
+    assert all("SdfprtError: Warp is missing" in line and "pip install warp-lang" in line for line in refused)

@@ -81,12 +81,23 @@ def open_sky(normals: Float[Any, "n 3"], outputs: int) -> Float[Any, "n k"]:
     The degree after that has none, and later ones have little. Twin of `openSky` in shaders/rendering/network.glsl.
     """
     xp = module_of(normals)
-    zonal = sh.cosine_zonal(OPEN_BANDS) * np.sqrt(4 * np.pi / (2 * np.arange(OPEN_BANDS) + 1))
-    factors = zonal[sh.band_of(OPEN_BANDS)].astype(np.float32)
+    factors = _sky_factors(None if xp is np else normals.device)
     basis = sh.basis(normals, OPEN_BANDS)
-    low = basis.astype(np.float32) * factors if xp is np else basis * xp.as_tensor(factors, device=normals.device)
+    low = basis.astype(np.float32) * factors if xp is np else basis * factors
     more = outputs - OPEN_BANDS**2
     return np.pad(low, ((0, 0), (0, more))) if xp is np else xp.nn.functional.pad(low, (0, more))
+
+
+@functools.cache
+def _sky_factors(device: Any) -> Float[Any, "k"]:
+    """By which an open sky's transfer is the basis at its normal; on torch's `device`, sent there once, or numpy's for None."""
+    zonal = sh.cosine_zonal(OPEN_BANDS) * np.sqrt(4 * np.pi / (2 * np.arange(OPEN_BANDS) + 1))
+    factors = zonal[sh.band_of(OPEN_BANDS)].astype(np.float32)
+    if device is None:
+        return factors
+    import torch
+
+    return torch.as_tensor(factors, device=device)
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,11 +10,13 @@ wheel for each version of CUDA on every machine, for five calls of a runtime tha
 import ctypes
 import functools
 from collections.abc import Sequence
+from contextlib import nullcontext
 from typing import Any
 
 import moderngl
 import torch
 
+from sdfprt.core import cards
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.opengl import in_render_thread, read, vendor
 
@@ -100,7 +102,8 @@ class CudaPlanes:
         return self._resources[name]
 
     def _call(self, function: str, *arguments: Any) -> None:
-        status = getattr(self.runtime, function)(*arguments)
+        with torch.cuda.device(self.device) if ":" in self.device else nullcontext():  # another card than the thread's own
+            status = getattr(self.runtime, function)(*arguments)
         if status:
             raise SdfprtError(f"CUDA: {function} gave error {status}; does OpenGL run on the same GPU?")
 
@@ -108,15 +111,16 @@ class CudaPlanes:
 @functools.cache
 def planes() -> HostPlanes | CudaPlanes:
     """The way for this machine: CUDA's where torch has CUDA, its runtime is found and OpenGL is NVIDIA's."""
-    if not torch.cuda.is_available():
+    where = cards.torch_device()
+    if where == "cpu":
         return HostPlanes()
     torch.cuda.init()
     for name in _LIBRARIES if "NVIDIA" in vendor() else ():
         try:
-            return CudaPlanes(ctypes.CDLL(name))
+            return CudaPlanes(ctypes.CDLL(name), where)
         except OSError:
             continue
-    return HostPlanes("cuda")
+    return HostPlanes(where)
 
 
 def forget(textures: Sequence[moderngl.Texture]) -> None:

@@ -12,6 +12,7 @@ import os
 import re
 import sys
 import threading
+import warnings
 import weakref
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -21,7 +22,7 @@ import numpy as np
 from numpy import ndarray
 
 from sdfprt.core.cache import kernel_folder
-from sdfprt.core.errors import SdfprtError
+from sdfprt.core.errors import SdfprtError, SdfprtWarning
 from sdfprt.core.resources import folder
 from sdfprt.core.stack import with_deep_stack
 
@@ -119,6 +120,27 @@ def _allocated(make: Callable[[], "wp.array"], size: int) -> "wp.array":
         if "allocate" not in str(error):
             raise
         raise OutOfMemory(f"{device()}: out of memory: no room for {size / 2**20:,.0f} MB more; close what else uses it") from None
+
+
+def in_batches(count: int, most: int, run: Callable[[slice], None], fewest: int = 1024) -> None:
+    """Run `count` items, `most` at a time; where memory does not do, half as many each time, which is said once."""
+    first = 0
+    while first < count:
+        try:
+            run(slice(first, min(first + most, count)))
+        except OutOfMemory:
+            if most <= fewest:
+                raise
+            most = max(most // 2, fewest)
+            _say_smaller(device())
+            continue
+        first += most
+
+
+@functools.cache
+def _say_smaller(where: str) -> None:
+    """Once."""
+    warnings.warn(f"{where}: out of memory: kernels take fewer items at a time, which takes longer", SdfprtWarning, stacklevel=3)
 
 
 def _place() -> str:

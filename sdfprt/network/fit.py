@@ -23,7 +23,7 @@ from numpy import ndarray
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
 
-from sdfprt.core import progress
+from sdfprt.core import cards, progress
 from sdfprt.core.arguments import checked
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.files import atomic_write
@@ -98,7 +98,7 @@ def fit_transfer(
         f"fit_transfer: {len(points):,} samples",
         len(points) * fit_bytes(transfer.shape[1], position_frequencies + normal_frequencies),
     )
-    device = device or ("cuda" if torch.cuda.is_available() else "cpu")
+    device = device or cards.torch_device()
     if center is None or extent is None:
         low, high = points.min(0), points.max(0)
         center, extent = tuple(((low + high) / 2).tolist()), float((high - low).max()) / 2

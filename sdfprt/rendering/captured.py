@@ -9,6 +9,7 @@ the back ends' own way. A card or driver that captures nothing runs the steps on
 
 import functools
 import threading
+import warnings
 from collections.abc import Callable
 from typing import Any, TypeGuard
 
@@ -17,8 +18,8 @@ from jaxtyping import Float
 from numpy import ndarray
 from torch import Tensor
 
-from sdfprt.core import interop, kernels
-from sdfprt.core.errors import SdfprtError
+from sdfprt.core import cards, interop, kernels
+from sdfprt.core.errors import SdfprtError, SdfprtWarning
 from sdfprt.core.opengl import in_render_thread
 from sdfprt.imaging.camera import Camera
 from sdfprt.imaging.shot import Shot
@@ -47,13 +48,25 @@ class Frames:
 
     def __init__(self) -> None:
         self.kept: Kept[tuple, CapturedFrame] = Kept(_FRAMES)
+        self.most = MOST_SAMPLES  # of a picture
+
+    def shrink(self, shot: Shot) -> None:
+        """Memory does not do for this picture: from now on smaller ones only, and none of those that were kept."""
+        with LOCK:
+            self.most = shot.fine[0] * shot.fine[1] // 2
+            self.kept = Kept(_FRAMES)
+        torch.cuda.empty_cache()
+        message = f"the card is out of memory for {shot.fine[0]}x{shot.fine[1]} samples at once: tile by tile, which takes longer"
+        warnings.warn(message, SdfprtWarning, stacklevel=2)
 
     def of(self, scene: AnyScene, net: TransferNet, light: Light, shot: Shot, lit: PreparedLight, surface: str) -> "CapturedFrame":
         """The frame for these, made at its first use."""
         table = net.bounces.colours if net.bounces and scene.has_albedo else ()
         look = Look.of(scene, net.bands, len(net.scale), shot, lit, len(table))
         maps = map_shapes(look, lit, light)
-        place = torch.device("cuda", torch.cuda.current_device()) if torch.cuda.is_available() else torch.device("cpu")
+        place = torch.device(cards.torch_device())
+        if place.type == "cuda":
+            place = torch.device("cuda", torch.cuda.current_device() if place.index is None else place.index)
         own = (
             (scene.native, scene.native_colour, scene.bounds, scene.step) if surface == "warp" and isinstance(scene, Scene) else ()
         )
@@ -69,8 +82,8 @@ def frames() -> Frames:
 
 def covers(net: Any, scene: AnyScene, shot: Shot, surface: str) -> TypeGuard[TransferNet]:
     """Whether a picture is drawn so: on CUDA, of one network, seen by what fills planes there; else the back end's own way."""
-    fits = shot.fine[0] * shot.fine[1] <= MOST_SAMPLES
-    if not (torch.cuda.is_available() and isinstance(net, TransferNet) and fits):
+    fits = shot.fine[0] * shot.fine[1] <= frames().most
+    if not (cards.torch_device() != "cpu" and isinstance(net, TransferNet) and fits):
         return False
     if surface == "warp":
         return isinstance(scene, Scene) and kernels.device().startswith("cuda")

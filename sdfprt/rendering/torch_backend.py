@@ -8,6 +8,7 @@ Shading is sdfprt.shading, the same as everywhere, on the tensors: what leaves t
 import functools
 import warnings
 from collections.abc import Iterator
+from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +17,7 @@ import torch
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
-from sdfprt.core import kernels
+from sdfprt.core import cards, kernels
 from sdfprt.core.errors import SdfprtError, SdfprtWarning
 from sdfprt.core.interop import planes
 from sdfprt.core.opengl import in_render_thread
@@ -58,14 +59,13 @@ class Seen:
     sunlight: tuple[Float[torch.Tensor, "n 3"], Float[torch.Tensor, "n 3"]] | None = None  # of the light's discs, if it has any
 
 
-def device() -> str:
-    return "cuda" if torch.cuda.is_available() else "cpu"
+device = cards.torch_device
 
 
 def batch_of(net: TransferNet, where: str) -> int:
     """Points that go through the network together."""
     widest = max(max(w.shape) for w, _ in net.weights)
-    return _ROWS if where == "cuda" else max(_CACHE // (4 * widest), 64)
+    return _ROWS if where != "cpu" else max(_CACHE // (4 * widest), 64)
 
 
 @torch.no_grad()
@@ -90,7 +90,7 @@ def predict(
             found = predict(net.nets[number], all_points[rows], all_normals[rows], batch, kind)
             blended[rows] += shares[:, None].float() * found
         return blended
-    kind = kind or (torch.float16 if where == "cuda" else torch.float32)
+    kind = kind or (torch.float16 if where != "cpu" else torch.float32)
     out = torch.empty((len(all_points), len(net.scale)), device=where)
     if kind == torch.float16 and (packed := fused.packed(net, out.device)) is not None:
         rows = [v if v.stride(1) == 1 else v.contiguous() for v in (all_points, all_normals)]
@@ -173,7 +173,7 @@ def _seen_by_opengl(scene: AnyScene, shot: Shot, suns: Suns = NO_SUNS) -> Iterat
 def _seen_by_warp(scene: AnyScene, shot: Shot, suns: Suns = NO_SUNS) -> Iterator[Seen]:
     """The Warp tracer, the whole picture at once; a field's, on torch's CUDA device, without the host."""
     whole = (0, 0, *shot.fine)
-    if isinstance(scene, Scene) and device() == "cuda" and kernels.device().startswith("cuda"):
+    if isinstance(scene, Scene) and device() != "cpu" and kernels.device().startswith("cuda"):
         tracer = PlaneTracer(scene, shot.fine, torch.device(kernels.device()), len(suns))
         send(view(shot.camera, shot.fine), tracer.camera)
         if len(suns):
@@ -206,12 +206,12 @@ def draw(scene: AnyScene, net: AnyNet | VolumeTable, light: Light, shot: Shot, s
     """
     lit = prepared(scene, net, light, shot)
     finite = False  # or not known to be
-    if captured.covers(net, scene, shot, surface):
-        with captured.LOCK:
-            picture_on_device(scene, net, light, shot, surface, lit)
+    with captured.LOCK if captured.covers(net, scene, shot, surface) else nullcontext():
+        on_device = picture_on_device(scene, net, light, shot, surface, lit)
+        if captured.covers(net, scene, shot, surface):
             picture, finite = captured.frames().of(scene, net, light, shot, lit, surface).read()
-    else:
-        picture = picture_on_device(scene, net, light, shot, surface, lit).cpu().numpy()
+        else:
+            picture = on_device.cpu().numpy()
     if not finite:
         checked(picture, scene)
     return Frame(picture[..., :3], picture[..., 3], lit.dering)
@@ -230,8 +230,11 @@ def picture_on_device(
     shot.refuse_beyond(f"the back end {surface}", "dering", "light_bands", "result_bands", "suns", "gloss", "colours")
     lit = lit or prepared(scene, net, light, shot)
     if captured.covers(net, scene, shot, surface):
-        with captured.LOCK:
-            return captured.frames().of(scene, net, light, shot, lit, surface).draw(scene, net, light, shot, lit)
+        try:
+            with captured.LOCK:
+                return captured.frames().of(scene, net, light, shot, lit, surface).draw(scene, net, light, shot, lit)
+        except torch.cuda.OutOfMemoryError:
+            captured.frames().shrink(shot)
     bounced = bounced_of(scene, net, shot, lit)
     result_bands = shot.lighting.result_bands or net.bands
     samples = shot.samples

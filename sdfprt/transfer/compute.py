@@ -88,8 +88,9 @@ def compute_transfer(
     chunk = max(min(_RAYS // rays, len(points)), 1) if on_card else _CHUNK
     along = projection.neighbours(points, scene.bounds)
     with track("transfer", len(points)) as advance:
-        for first in range(0, len(points), chunk):
-            part = along[first : first + chunk]
+
+        def trace(rows: slice) -> None:
+            part = along[rows]
             count = len(part)
             parts = _sharing(count, rays) if on_card else 1
             out = kernels.zeros(count * bands * bands)
@@ -100,6 +101,8 @@ def compute_transfer(
             kernels.launch(traced, items, [*arrays, *fixed, *limits, settings.Trace.steps])
             result[part] = out.numpy().reshape(count, -1)
             advance(count)
+
+        kernels.in_batches(len(points), chunk, trace)
     if not np.isfinite(result).all():
         raise SdfprtError(f"{scene.file}: transfer is not finite; does the SDF give NaN? `sdfprt check` counts them")
     return result

@@ -8,6 +8,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import moderngl
+import numpy as np
 import pytest
 import torch
 
@@ -104,6 +105,27 @@ def test_arrays_that_no_memory_holds_are_one_line(monkeypatch: pytest.MonkeyPatc
     for make in (lambda: kernels.zeros(10**6), lambda: kernels.array([0.0] * 10**6)):
         with pytest.raises(kernels.OutOfMemory, match=r"out of memory: no room for 4 MB more"):
             make()
+
+
+def test_batches_shrink_where_memory_does_not_do_and_that_is_said_once():
+    done, sizes = np.zeros(10_000, int), []
+
+    def run(part: slice) -> None:
+        sizes.append(part.stop - part.start)
+        if sizes[-1] > 1500:
+            raise kernels.OutOfMemory("full")
+        done[part] += 1
+
+    kernels._say_smaller.cache_clear()
+    with pytest.warns(SdfprtWarning, match="out of memory: kernels take fewer items at a time") as said:
+        kernels.in_batches(len(done), 4000, run)
+    assert (done == 1).all() and sizes[:3] == [4000, 2000, 1024] and len(said) == 1
+
+    def never(part: slice) -> None:
+        raise kernels.OutOfMemory("full")
+
+    with pytest.raises(kernels.OutOfMemory):
+        kernels.in_batches(len(done), 4000, never)
 
 
 def test_a_card_whose_memory_torch_has_filled_is_one_line():

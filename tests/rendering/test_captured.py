@@ -8,13 +8,14 @@ import pytest
 import torch
 
 from sdfprt import Light, Scene
+from sdfprt.core.errors import SdfprtWarning
 from sdfprt.imaging import metrics
 from sdfprt.imaging.camera import Camera
 from sdfprt.imaging.shot import Frame, compose
 from sdfprt.material.colours import Bounces
 from sdfprt.material.lobes import parse
 from sdfprt.network.mlp import TransferNet
-from sdfprt.rendering import torch_backend
+from sdfprt.rendering import captured, torch_backend
 from sdfprt.rendering.captured import CapturedFrame, Frames
 from sdfprt.rendering.frame import prepared
 
@@ -95,3 +96,23 @@ def test_a_value_that_is_not_finite_is_told():
     drawn.draw(scene, net, light, shot, lit)
     picture, finite = drawn.read()
     assert not finite and np.isnan(picture).any() and isinstance(drawn.transfer, torch.Tensor)
+
+
+def test_a_picture_that_a_card_cannot_hold_is_drawn_tile_by_tile_which_is_said(monkeypatch: pytest.MonkeyPatch):
+    scene, net, light, asked = nets.scene(), nets.random_net(), Light.load("studio"), []
+
+    def full(*_: Any) -> CapturedFrame:
+        asked.append(1)
+        raise torch.cuda.OutOfMemoryError("CUDA out of memory")
+
+    frames = Frames()
+    monkeypatch.setattr(frames, "of", full)
+    monkeypatch.setattr(captured, "frames", lambda: frames)
+    monkeypatch.setattr(captured, "covers", lambda _net, _scene, shot, _surface: shot.fine[0] * shot.fine[1] <= frames.most)
+    shot = compose(scene, parse("diffuse"), size=(24, 16), suns="off", gloss="sh")
+    with pytest.warns(SdfprtWarning, match="out of memory for 24x16 samples at once: tile by tile") as said:
+        drawn = [torch_backend.draw(scene, net, light, shot, "torch").rgb for _ in range(2)]
+    assert len(said) == 1 and len(asked) == 1
+    monkeypatch.undo()
+    for picture in drawn:
+        np.testing.assert_array_equal(picture, torch_backend.draw(scene, net, light, shot, "torch").rgb)

@@ -1,11 +1,11 @@
 """glTF 2.0, .gltf and .glb: nodes with their transforms and instances applied, quantised and sparse accessors, base colour,
-roughness and normal map. Buffers and pictures come from the file itself or its own folder. Skins and morph targets stay at rest.
+roughness, normal map, alpha mask. Buffers and pictures come from the file itself or its own folder. Skins and morph targets rest.
 """
 
 import base64
 import json
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from numpy import ndarray
 from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
 from sdfprt.material.lobes import exponent_of_roughness
-from sdfprt.mesh.parts import Content, Finish, Part, beside, picture
+from sdfprt.mesh.parts import Content, Finish, Part, alpha, beside, picture
 
 _KINDS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
@@ -337,7 +337,10 @@ def _primitive(document: _Document, primitive: dict, finishes: dict, name: str) 
         return None if found is None else _transformed(found.astype(float), shift) * (1, -1) + (0, 1)  # v upwards
 
     about = {} if material is None else document.all("materials")[material]
-    uvs = coordinates(_base_texture(about)) if finish.picture is not None else None
+    uvs = coordinates(_base_texture(about)) if finish.picture is not None or finish.mask is not None else None
+    if finish.mask is not None and uvs is None and finish.mask.size > 1:
+        document.notes.append(f"{document.path.name}: {finish.name!r} has no holes on {name!r}, which has no coordinates for them")
+        finish = replace(finish, mask=None)
     relief_uvs = coordinates(about["normalTexture"]) if finish.normal_map is not None else None
     if finish.normal_map is not None and relief_uvs is None:
         document.notes.append(
@@ -347,6 +350,8 @@ def _primitive(document: _Document, primitive: dict, finishes: dict, name: str) 
     colours = rows("COLOR_0", 3)
     if colours is not None:
         colours = np.clip(colours.astype(np.float32), 0, 1)
+    if about.get("alphaMode") == "MASK" and (whole := rows("COLOR_0", 4)) is not None and whole[:, 3].min(initial=1) < 1:
+        document.notes.append(f"{document.path.name}: {name!r} has alpha at its vertices, which is left out")
     # glTF: tangents without normals do not count
     tangents = rows("TANGENT", 4) if relief_uvs is not None and "NORMAL" in attributes else None
     return Part(vertices, faces, rows("NORMAL", 3), uvs, colours, finish, name, relief_uvs, tangents)
@@ -367,7 +372,7 @@ def _base_texture(material: dict) -> dict:
 
 
 def _finish(document: _Document, index: int | None) -> Finish:
-    """Base colour, roughness and normal map of a material; what cannot be read is left out and noted."""
+    """Base colour, roughness, normal map and holes of a material; what cannot be read is left out and noted."""
     if index is None:
         return Finish()
     about = document.all("materials")[index]
@@ -382,9 +387,9 @@ def _finish(document: _Document, index: int | None) -> Finish:
     if numbers.shape != (5,) or not np.isfinite(numbers).all():
         raise SdfprtError(f"{document.path}: material {name!r} has not the numbers of its colour, roughness and normal map")
 
-    def texels(texture: dict, what: str) -> ndarray | None:
+    def texels(texture: dict, kind: Callable[[Path | bytes, str], ndarray | None], what: str) -> ndarray | None:
         try:
-            return _picture(document, texture["index"]) if texture else None
+            return _picture(document, texture["index"], kind) if texture else None
         except (SdfprtError, KeyError, IndexError) as error:
             if "outside" in str(error) or "its own folder" in str(error):
                 raise
@@ -393,20 +398,42 @@ def _finish(document: _Document, index: int | None) -> Finish:
             )
             return None
 
+    base, normal_map = texels(_base_texture(about), picture, "texture"), texels(relief, picture, "normal map")
+    mask, cutoff = None, 0.5
     if about.get("alphaMode") in ("MASK", "BLEND"):
-        document.notes.append(f"{document.path.name}: material {name!r} is taken as opaque")
-    base, normal_map = texels(_base_texture(about), "texture"), texels(relief, "normal map")
+        cover = texels(_base_texture(about), alpha, "alpha") if base is not None else None
+        mask, cutoff = _mask(document, about, name, float(factor[3]) if len(factor) > 3 else 1.0, cover)
     red, green, blue, roughness, scale = numbers.tolist()
     albedo = tuple(min(max(each, 0.0), 1.0) for each in (red, green, blue))
-    return Finish(name, albedo, base, exponent_of_roughness(roughness), normal_map, scale)
+    return Finish(name, albedo, base, exponent_of_roughness(roughness), normal_map, scale, mask, cutoff)
 
 
-def _picture(document: _Document, index: int) -> ndarray:
+def _mask(document: _Document, about: dict, name: str, factor: float, cover: ndarray | None) -> tuple[ndarray | None, float]:
+    """Holes of a material: Finish.mask and Finish.cutoff, of the base colour's alpha. What is half there, is there or is not."""
+    cutoff = float(about.get("alphaCutoff", 0.5)) if about["alphaMode"] == "MASK" else 0.5
+    if not np.isfinite([cutoff, factor]).all():
+        raise SdfprtError(f"{document.path}: material {name!r} has not the numbers of its alpha")
+    if about["alphaMode"] == "BLEND":
+        if cover is None or cover.min() >= 128 or cover.max() < 128:
+            document.notes.append(f"{document.path.name}: material {name!r} blends with what is behind it; it is taken as opaque")
+            return None, cutoff
+        document.notes.append(
+            f"{document.path.name}: material {name!r} blends with what is behind it; it has holes where its alpha is below 1/2, "
+            "and is opaque elsewhere"
+        )
+        return cover, cutoff
+    if cover is None or factor <= 0:
+        cover = np.full((1, 1), 255, np.uint8)  # one alpha for all of it
+    cutoff = cutoff / factor if factor > 0 else 2.0 * (cutoff > 0)
+    return (None if cover.min() / 255 >= cutoff else cover), cutoff
+
+
+def _picture(document: _Document, index: int, kind: Callable[[Path | bytes, str], ndarray | None]) -> ndarray | None:
     texture = document.all("textures")[index]
     source = texture.get("source", texture.get("extensions", {}).get("EXT_texture_webp", {}).get("source"))
     if source is None:
         raise SdfprtError(f"{document.path}: its kind of picture ({', '.join(texture.get('extensions', {}))}) is not read")
     about = document.all("images")[source]
     if "bufferView" in about:
-        return picture(bytes(document.view(about["bufferView"])[0]), about.get("name", f"image {source}"))
-    return picture(document.bytes_of(about["uri"]), about["uri"][:80])
+        return kind(bytes(document.view(about["bufferView"])[0]), about.get("name", f"image {source}"))
+    return kind(document.bytes_of(about["uri"]), about["uri"][:80])

@@ -129,13 +129,15 @@ def scene_of(found: Content, place: str, **given: Any) -> MeshScene:
         if not any(part.finish is known for known in finishes):
             finishes.append(part.finish)
         of_part.append(next(k for k, known in enumerate(finishes) if known is part.finish))
+    of_face = each[mended.kept]
+    pierced = np.bincount(mended.body, np.array([part.finish.mask is not None for part in parts])[of_face], len(mended.closed)) > 0
     return MeshScene(
         vertices=places[vertex].astype(np.float32),
         faces=triangles.astype(np.int32),
         normals=table[normal].astype(np.float32),
-        two_sided=~mended.closed[mended.body],
-        objects=each[mended.kept].astype(np.int32),
-        finish=np.array(of_part, np.int32)[each[mended.kept]],
+        two_sided=(~mended.closed | pierced)[mended.body],
+        objects=of_face.astype(np.int32),
+        finish=np.array(of_part, np.int32)[of_face],
         object_names=tuple(part.name for part in parts),
         finishes=tuple(finishes),
         uvs=None if uvs is None else uvs[vertex].astype(np.float32),

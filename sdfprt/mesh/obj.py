@@ -1,13 +1,14 @@
-"""Wavefront OBJ with its MTL files: polygons, indices from the end, colours of vertices, Kd, Ns and map_Kd."""
+"""Wavefront OBJ with its MTL files: polygons, indices from the end, colours of vertices, Kd, Ns, map_Kd and map_d."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy import ndarray
 
 from sdfprt.core.errors import SdfprtError
-from sdfprt.mesh.parts import Content, Finish, Part, beside, decoded, picture, triangles
+from sdfprt.mesh.parts import Content, Finish, Part, beside, decoded, picture, shares, triangles
 
 
 class _Group:
@@ -81,14 +82,18 @@ def read(path: Path) -> Content:
         distinct, faces = np.unique(corners[at.ravel()], axis=0, return_inverse=True)
         if material and material not in finishes:
             notes.append(f"{path.name}: material {material!r} is not in its library; grey stands in")
+        finish, there = finishes.get(material, Finish()), len(distinct) > 0 and bool((distinct[:, 1] >= 0).all())
+        if finish.mask is not None and not there:
+            notes.append(f"{path.name}: {material!r} has no holes on {name or path.stem!r}, which has no coordinates for them")
+            finish = replace(finish, mask=None)
         parts.append(
             Part(
                 places[distinct[:, 0]],
                 faces.reshape(-1, 3),
                 directions[distinct[:, 2]] if len(distinct) and (distinct[:, 2] >= 0).all() else None,
-                wide[distinct[:, 1]] if len(distinct) and (distinct[:, 1] >= 0).all() else None,
+                wide[distinct[:, 1]] if there else None,
                 None if colours is None else colours[distinct[:, 0]],
-                finishes.get(material, Finish()),
+                finish,
                 name or path.stem,
             )
         )
@@ -140,15 +145,20 @@ def _finish(path: Path, file: Path, name: str, values: dict[str, list[str]], not
         return found * count if len(found) == 1 else found if len(found) == count else None
 
     kd, ns = numbers("kd", 3), numbers("ns", 1)
-    texels: ndarray | None = None
-    if values.get("map_kd"):
-        words = values["map_kd"]
+
+    def texels(key: str, kind: Callable[[Path, str], ndarray]) -> ndarray | None:
+        if not (words := values.get(key)):
+            return None
         source = words[-1] if words[0].startswith("-") else " ".join(words)
         try:
-            texels = picture(beside(path, source), source)
+            return kind(beside(path, source), source)
         except SdfprtError as error:
             if "outside" in str(error):
                 raise
             notes.append(f"{path.name}: texture {source} of material {name!r} is left out: it is missing or cannot be read")
+            return None
+
+    base, mask = texels("map_kd", picture), texels("map_d", shares)
     albedo = None if kd is None else tuple(np.clip(kd, 0, 1).tolist())
-    return Finish(name, albedo, texels, None if ns is None else min(max(ns[0], 0.0), 10_000.0))
+    exponent = None if ns is None else min(max(ns[0], 0.0), 10_000.0)
+    return Finish(name, albedo, base, exponent, mask=None if mask is None or mask.min() >= 128 else mask)

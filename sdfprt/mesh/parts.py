@@ -7,6 +7,7 @@ import functools
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int, UInt8
@@ -23,7 +24,8 @@ Colour = tuple[float, float, float]
 class Finish:
     """Of a material what the file has: linear albedo, times the picture (sRGB, row 0 at v = 1), and the Phong exponent.
 
-    `normal_map` is in tangent space, as sdfprt.mesh.relief says; `normal_scale` multiplies its red and green.
+    `normal_map` is in tangent space, as sdfprt.mesh.relief says; `normal_scale` multiplies its red and green. Where `mask`, at the
+    places of the picture, is below `cutoff` times 255, there is no surface.
     """
 
     name: str = ""
@@ -32,6 +34,15 @@ class Finish:
     exponent: float | None = None
     normal_map: UInt8[ndarray, "h w 3"] | None = None
     normal_scale: float = 1.0
+    mask: UInt8[ndarray, "rows columns"] | None = None
+    cutoff: float = 0.5
+
+    @functools.cached_property
+    def cover(self) -> Float[ndarray, "rows columns"]:
+        """The mask above its cutoff: bilinear as it is, where it is negative there is a hole."""
+        if self.mask is None:
+            return np.zeros((1, 1), np.float32)
+        return self.mask.astype(np.float32) / np.float32(255) - np.float32(self.cutoff)
 
     @functools.cached_property
     def reliefs(self) -> tuple[ndarray, ...]:
@@ -81,6 +92,23 @@ def beside(file: Path, name: str) -> Path:
 
 def picture(source: Path | bytes, name: str) -> UInt8[ndarray, "h w 3"]:
     """A texture's texels, three channels of 8 bits, no side above settings.Mesh.texels. Raises SdfprtError where it is none."""
+    return _texels(source, name, lambda image: image.convert("RGB"))
+
+
+def alpha(source: Path | bytes, name: str) -> UInt8[ndarray, "h w"] | None:
+    """The same of its alpha, None where it has none, or one that is 255 everywhere."""
+    found = _texels(source, name, lambda image: image.convert("RGBA").getchannel("A"))
+    return None if (found == 255).all() else found
+
+
+def shares(source: Path | bytes, name: str) -> UInt8[ndarray, "h w"]:
+    """The same of what tells how far something is there: its alpha, and where it has none, its grey."""
+    found = alpha(source, name)
+    return _texels(source, name, lambda image: image.convert("L")) if found is None else found
+
+
+def _texels(source: Path | bytes, name: str, channels: Callable[[Any], Any]) -> ndarray:
+    """What `channels` takes of a picture that Pillow opens."""
     import io
 
     from PIL import Image
@@ -92,11 +120,11 @@ def picture(source: Path | bytes, name: str) -> UInt8[ndarray, "h w 3"]:
                 raise SdfprtError(f"{name}: {width}x{height} pixels are more than the {settings.Mesh.picture} that are read")
             side = settings.Mesh.texels
             image.draft("RGB", (side, side))
-            rgb = image.convert("RGB")
-            if max(rgb.size) > side:
-                scale = side / max(rgb.size)
-                rgb = rgb.resize((max(round(width * scale), 1), max(round(height * scale), 1)), Image.Resampling.BOX)
-            return np.asarray(rgb, np.uint8)
+            taken = channels(image)
+            if max(taken.size) > side:
+                scale = side / max(taken.size)
+                taken = taken.resize((max(round(width * scale), 1), max(round(height * scale), 1)), Image.Resampling.BOX)
+            return np.asarray(taken, np.uint8)
     except SdfprtError:
         raise
     except Exception as error:  # whatever Pillow raises for a file that is no picture

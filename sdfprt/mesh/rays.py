@@ -2,6 +2,7 @@
 
 import weakref
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -10,6 +11,7 @@ from numpy import ndarray
 from sdfprt.core import kernels, settings
 from sdfprt.imaging.camera import Camera
 from sdfprt.mesh.embree import Tree
+from sdfprt.mesh.masks import masks
 from sdfprt.mesh.scene import MeshScene
 
 
@@ -26,6 +28,7 @@ class WarpTree:
 
 
 _trees: weakref.WeakKeyDictionary[MeshScene, dict[str, Tree | WarpTree]] = weakref.WeakKeyDictionary()
+_masks: weakref.WeakKeyDictionary[MeshScene, dict[str, list[Any]]] = weakref.WeakKeyDictionary()
 
 
 def by_warp() -> bool:
@@ -33,9 +36,10 @@ def by_warp() -> bool:
     return kernels.device().startswith("cuda")
 
 
-def preamble(share: int = 0) -> str:
-    """What kernels/mesh/tree.h asks for, and the rays that a fan of transfer/projection.h holds."""
+def preamble(scene: MeshScene | None = None, share: int = 0) -> str:
+    """What kernels/mesh/tree.h asks for of a scene, and the rays that a fan of transfer/projection.h holds."""
     lines = ["#undef SDFPRT_WARP_TREE", *(["#define SDFPRT_WARP_TREE"] if by_warp() else [])]
+    lines += ["#undef SDFPRT_MASKS", *(["#define SDFPRT_MASKS"] if scene is not None and scene.masked else [])]
     lines += ["#undef SDFPRT_SHARE", f"#define SDFPRT_SHARE {share}"] if share else []
     return "\n".join([*lines, ""])
 
@@ -47,6 +51,17 @@ def tree(scene: MeshScene) -> Tree | WarpTree:
     if where not in kept:
         kept[where] = (WarpTree if by_warp() else Tree)(scene.vertices, scene.faces)
     return kept[where]
+
+
+def handles(scene: MeshScene, lanes: int) -> Any:
+    """What kernels/mesh/tree.h reads, for packets of so many lanes: where the tree and the masks are."""
+    own, where = _masks.setdefault(scene, {}), kernels.device()
+    if where not in own:
+        found = masks(scene)
+        kinds = {"of_faces": int, "corners": float, "sizes": int, "texels": float}
+        own[where] = [] if found is None else [kernels.array(getattr(found, name), kind) for name, kind in kinds.items()]
+    addresses = [each.ptr for each in own[where]] or [0] * 4
+    return kernels.array([*tree(scene).handles(lanes), *np.array(addresses, np.uint64).view(np.int32)], int)
 
 
 def lift(scene: MeshScene) -> float:
@@ -88,9 +103,10 @@ def _cast(scene: MeshScene, origins: ndarray, directions: ndarray, piece: str, c
     rows[3, len(directions) :] = 1.0
     out = kernels.zeros(columns * padded)
     flat = kernels.FLOATS
-    kernel = kernels.build(preamble(), ("mesh/tree.h", piece), {"rows": flat, "out": flat, "handles": kernels.WHOLES, "total": int})
-    handles = kernels.array(tree(scene).handles(kernels.lanes()), int)
-    kernels.launch(kernel, padded // kernels.lanes(), [kernels.array(rows), out, handles, padded])
+    arguments = {"rows": flat, "out": flat, "handles": kernels.WHOLES, "total": int}
+    kernel = kernels.build(preamble(scene), ("mesh/tree.h", piece), arguments)
+    there = handles(scene, kernels.lanes())
+    kernels.launch(kernel, padded // kernels.lanes(), [kernels.array(rows), out, there, padded])
     return out.numpy()
 
 

@@ -1,7 +1,8 @@
 """A mesh as a scene: triangles with shading normals, objects and finishes; what the rest asks of an SDF's Scene, it has too.
 
 Coordinates are the file's, node transforms applied, unless it lies so far from the origin that float32 would not hold it.
-A triangle of a body that is open has two sides: both are shaded. One of a closed body is seen from outside only.
+A triangle of a body that is open, or has holes by a mask, has two sides: both are shaded. One of a closed body is seen from outside
+only.
 """
 
 from __future__ import annotations
@@ -103,6 +104,12 @@ class MeshScene:
                 digest.update(f"{number} {each.normal_scale}".encode())
                 digest.update(np.ascontiguousarray(each.normal_map).data)
             digest.update(np.ascontiguousarray(self.finish).data)
+        if self.masked:
+            for number, each in self.masked:
+                digest.update(f"mask {number} {each.cover.shape}".encode())
+                digest.update(each.cover.data)
+            digest.update(np.ascontiguousarray(self.uvs).data)
+            digest.update(np.ascontiguousarray(self.finish).data)
         return digest.hexdigest()[:16]
 
     @functools.cached_property
@@ -120,6 +127,21 @@ class MeshScene:
     def mapped(self) -> list[tuple[int, Finish]]:
         """Finishes with a normal map, and their numbers."""
         return [] if self.relief is None else [(k, each) for k, each in enumerate(self.finishes) if each.normal_map is not None]
+
+    @functools.cached_property
+    def masked(self) -> list[tuple[int, Finish]]:
+        """Finishes with holes by a mask, and their numbers."""
+        return [] if self.uvs is None else [(k, each) for k, each in enumerate(self.finishes) if each.mask is not None]
+
+    def solid(self, faces: Int[ndarray, "n"], weights: Float[ndarray, "n 2"]) -> Bool[ndarray, "n"]:
+        """Whether places on triangles lie in no hole of a mask."""
+        found = np.ones(len(faces), bool)
+        for number, each in self.masked:
+            at = np.flatnonzero(self.finish[faces] == number)
+            if len(at) and self.uvs is not None:
+                there = bilinear(each.cover[..., None], self.interpolated(self.uvs, faces[at], weights[at]))
+                found[at] = there[:, 0] >= 0
+        return found
 
     @property
     def doubled(self) -> Bool[ndarray, "v"]:
@@ -177,9 +199,7 @@ class MeshScene:
         if self.relief is None:
             return self
         # Places spread over each triangle, each of which stands for a share of it
-        steps = np.arange(_STEPS)
-        u, v = ((k.ravel() + 1 / 3) / _STEPS for k in np.meshgrid(steps, steps, indexing="ij"))
-        u, v = u[u + v < 1], v[u + v < 1]
+        u, v = _spread()
         every = np.arange(len(self.faces))
         sums = np.zeros((len(self.vertices), 3))
         halvings = self.halvings(np.full(len(every), float(len(u))))
@@ -227,10 +247,16 @@ class MeshScene:
         return found
 
     def mean_albedo(self) -> Float[ndarray, "f 3"]:
-        """Of each triangle, over a few places on it."""
+        """Of each triangle, over a few places on it; over those that lie in no hole, where there are any."""
         every = np.arange(len(self.faces))
-        found = [self.albedo(every, np.tile(np.array(weights, np.float32), (len(every), 1))) for weights in _AVERAGED]
-        return np.asarray(np.mean(found, axis=0), np.float32)
+        sums, count = np.zeros((2, len(every), 3)), np.zeros((2, len(every), 1))
+        for weights in _AVERAGED + (tuple(zip(*_spread(), strict=True)) if self.masked else ()):
+            at = np.tile(np.array(weights, np.float32), (len(every), 1))
+            here, there = self.albedo(every, at), self.solid(every, at)[:, None]
+            sums += here * np.stack([np.ones_like(there), there])
+            count += np.stack([np.ones_like(there), there])
+        means = sums / np.maximum(count, 1)
+        return np.where(count[1] > 0, means[1], means[0]).astype(np.float32)
 
     def exponent(self, faces: Int[ndarray, "n"]) -> Float[ndarray, "n"]:
         """Phong exponent of triangles; the material's where the file has none."""
@@ -239,6 +265,13 @@ class MeshScene:
 
     def _painted(self, finish: Finish) -> bool:
         return self.colours is not None or (finish.picture is not None and self.uvs is not None)
+
+
+def _spread() -> tuple[ndarray, ndarray]:
+    """Weights of the second and third corner of places spread over a triangle."""
+    steps = np.arange(_STEPS)
+    u, v = ((k.ravel() + 1 / 3) / _STEPS for k in np.meshgrid(steps, steps, indexing="ij"))
+    return u[u + v < 1], v[u + v < 1]
 
 
 def sampled(picture: ndarray, uvs: Float[ndarray, "n 2"]) -> Float[ndarray, "n 3"]:

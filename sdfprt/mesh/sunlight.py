@@ -24,13 +24,13 @@ def mesh_sunlight(
     rows[:, :3], rows[:, 3:6], rows[:, 6:9], rows[:, 9] = points, normals, outgoing, exponents
     out, flat = kernels.zeros(6 * len(rows)), kernels.FLOATS
     kernel = kernels.build(
-        rays.preamble(),
+        rays.preamble(scene),
         ("mesh/tree.h", "mesh/suns.h"),
         {"rows": flat, "suns": flat, "out": flat, "handles": kernels.WHOLES, "count": int, "lift": float},
         lanes=_LANES,
     )
     lanes = _LANES if kernels.lanes() > 1 else 1
-    handles = kernels.array(rays.tree(scene).handles(lanes), int)
+    handles = rays.handles(scene, lanes)
     if len(rows):
         kernels.launch(kernel, len(rows), [kernels.array(rows), kernels.array(suns), out, handles, len(suns), rays.lift(scene)])
     sums = out.numpy().reshape(-1, 6)

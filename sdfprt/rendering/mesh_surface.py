@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 import moderngl
 import numpy as np
-from jaxtyping import UInt8
+from jaxtyping import Float, UInt8
 from numpy import ndarray
 
 from sdfprt.core.opengl import context
@@ -42,20 +42,25 @@ class MeshBuffers:
         if scene.colours is not None:
             rows[:, 8:11] = scene.colours
         rows[:, 11:] = 0 if scene.relief is None else scene.relief
-        kind = scene.finish.astype(np.int64) * 2 + scene.two_sided
+        # Groups without holes before those with holes
+        pierced = np.isin(scene.finish, [number for number, _ in scene.masked])
+        kind = (pierced * len(scene.finishes) + scene.finish.astype(np.int64)) * 2 + scene.two_sided
         order = np.argsort(kind, kind="stable")
         kinds, starts = np.unique(kind[order], return_index=True)
         ends = [*starts[1:].tolist(), len(order)]
         self.groups = [
-            Group(int(kind) // 2, bool(kind % 2), 3 * first, 3 * (end - first))
+            Group(int(kind) // 2 % len(scene.finishes), bool(kind % 2), 3 * first, 3 * (end - first))
             for kind, first, end in zip(kinds.tolist(), starts.tolist(), ends, strict=True)
         ]
+        self.whole = 3 * int((~pierced).sum())  # indices of triangles without holes
         self.vertices = gl.buffer(rows.tobytes())
         self.indices = gl.buffer(np.ascontiguousarray(scene.faces[order], np.uint32).tobytes())
         self.arrays = {pieces: self.array(programs().mesh_program(pieces)) for pieces in (MESH_DEPTH, MESH_SURFACE)}
         pictures = {k: each.picture for k, each in enumerate(scene.finishes) if each.picture is not None and scene.uvs is not None}
         self.pictures = {k: _texture(texels, _SRGB8) for k, texels in pictures.items()}
         self.reliefs = {k: _texture(each.normal_map) for k, each in scene.mapped if each.normal_map is not None}
+        self.covers = {k: _cover(each.cover) for k, each in scene.masked}
+        self.pierced = self.array(programs().mesh_program(MESH_DEPTH, "MASKED")) if self.covers else None
 
     def array(self, program: moderngl.Program, *more: tuple) -> moderngl.VertexArray:
         """The triangles for a program, with `more` attributes; what it does not read is passed over."""
@@ -63,7 +68,9 @@ class MeshBuffers:
         return context().vertex_array(program, content, self.indices, skip_errors=True)
 
     def release(self) -> None:
-        for thing in (*self.arrays.values(), self.vertices, self.indices, *self.pictures.values(), *self.reliefs.values()):
+        textures = (*self.pictures.values(), *self.reliefs.values(), *self.covers.values())
+        arrays = (*self.arrays.values(), *([] if self.pierced is None else [self.pierced]))
+        for thing in (*arrays, self.vertices, self.indices, *textures):
             thing.release()
 
 
@@ -75,12 +82,38 @@ def _texture(texels: UInt8[ndarray, "h w 3"], internal_format: int | None = None
     return made
 
 
+def _cover(texels: Float[ndarray, "h w"]) -> moderngl.Texture:
+    """A mask's texels on the GPU, repeated and bilinear."""
+    made = context().texture(texels.shape[::-1], 1, np.ascontiguousarray(texels).tobytes(), dtype="f4")
+    made.filter = (moderngl.LINEAR, moderngl.LINEAR)
+    return made
+
+
 def place_camera(
     program: moderngl.Program, scene: MeshScene, camera: Camera, tile: tuple[int, int, int, int], whole: tuple[int, int]
 ) -> None:
     """Uniforms of pinhole.glsl."""
     set_camera(program, camera, (*tile[:2], *whole))
     set_uniforms(program, tile=tuple(map(float, tile[2:])), clip=_depths(scene, camera))
+
+
+def lay_depths(
+    scene: MeshScene, buffers: MeshBuffers, camera: Camera, tile: tuple[int, int, int, int], whole: tuple[int, int]
+) -> None:
+    """Depths of a mesh in the framebuffer in use, none where it has holes: what is drawn after it is as deep, and drawn once."""
+    with rasterising("<"):
+        if buffers.whole:
+            place_camera(programs().mesh_program(MESH_DEPTH), scene, camera, tile, whole)
+            buffers.arrays[MESH_DEPTH].render(moderngl.TRIANGLES, vertices=buffers.whole)
+        if buffers.pierced is None:
+            return
+        program = programs().mesh_program(MESH_DEPTH, "MASKED")
+        place_camera(program, scene, camera, tile, whole)
+        set_uniforms(program, cover=SAMPLERS["cover"])
+        for group in buffers.groups:
+            if (cover := buffers.covers.get(group.finish)) is not None:
+                cover.use(Unit.PICTURE)
+                buffers.pierced.render(moderngl.TRIANGLES, vertices=group.count, first=group.first)
 
 
 @contextmanager
@@ -144,16 +177,14 @@ def raster_tile(scene: MeshScene, camera: Camera, tile: tuple[int, int, int, int
     """As frame.trace_tile, of a mesh; in the render thread."""
     target = programs().target(tile[2:])
     buffers: MeshBuffers = programs().meshes.get(scene.hash + scene.look, lambda: MeshBuffers(scene))
-    for pieces in (MESH_DEPTH, MESH_SURFACE):
-        place_camera(programs().mesh_program(pieces), scene, camera, tile, whole)
 
     # Depths first, so that each sample is shaded once
     target.surface.clear(depth=1.0)
-    with rasterising("<"):
-        target.closed.use()
-        buffers.arrays[MESH_DEPTH].render(moderngl.TRIANGLES)
+    target.closed.use()
+    lay_depths(scene, buffers, camera, tile, whole)
     own = parts(scene.material)
-    with rasterising("<="):
+    place_camera(programs().mesh_program(MESH_SURFACE), scene, camera, tile, whole)
+    with rasterising("=="):
         target.surface.use()
         for group in buffers.groups:
             program = programs().mesh_program(MESH_SURFACE)

@@ -157,14 +157,14 @@ class Programs:
         """The program of a pass without anything of the scene's or the network's: FREE, BACKGROUND or MEAN."""
         return self._full_screen(pieces[-1], lambda: fixed_stage(pieces), pieces, pieces[-1])
 
-    def mesh_program(self, pieces: tuple[str, ...]) -> moderngl.Program:
-        """The program of a pass over a mesh's triangles: MESH_DEPTH or MESH_SURFACE."""
+    def mesh_program(self, pieces: tuple[str, ...], *options: str) -> moderngl.Program:
+        """The program of a pass over a mesh's triangles: MESH_DEPTH, with MASKED where it has holes, or MESH_SURFACE."""
 
         def compiled() -> moderngl.Program:
             with _placed(pieces, pieces[-1]):
-                return context().program(vertex_shader=fixed_stage(MESH_VERTEX), fragment_shader=fixed_stage(pieces))
+                return context().program(vertex_shader=fixed_stage(MESH_VERTEX), fragment_shader=fixed_stage(pieces, *options))
 
-        return self.mesh_programs.get(pieces, compiled)
+        return self.mesh_programs.get((*pieces, *options), compiled)
 
     def gouraud_program(self, bands: int, variant: Variant) -> moderngl.Program:
         """The program of vertex storage."""

@@ -19,7 +19,7 @@ from sdfprt.rendering import mesh_surface
 from sdfprt.rendering.forward import SUNS, Tile, by_rays, drawn, sun_textures
 from sdfprt.rendering.frame import prepared
 from sdfprt.rendering.mesh_surface import MeshBuffers
-from sdfprt.rendering.pieces import MESH_DEPTH, Variant, lobes_of
+from sdfprt.rendering.pieces import Variant, lobes_of
 from sdfprt.rendering.programs import programs
 from sdfprt.rendering.targets import Target
 from sdfprt.rendering.uniforms import set_environment, set_exact, set_light, set_uniforms
@@ -98,7 +98,7 @@ def draw(scene: MeshScene, table: TextureTable, light: Light, shot: Shot) -> Fra
     options, material, given = shot.lighting, shot.material, prepared(scene, table, light, shot)
     bands, results = options.light_bands or table.bands, options.result_bands or table.bands
     variant = Variant(lobes_of(material), bands, results, options.product == "tpfl", exact=given.exact is not None)
-    program, depths = programs().textured_program(table.bands, variant), programs().mesh_program(MESH_DEPTH)
+    program = programs().textured_program(table.bands, variant)
     there: TextureBuffers = programs().meshes.get(table.digest + scene.look, lambda: TextureBuffers(scene, table))
     array = there.array(program)
     held = [array, *set_light(program, variant, table.bands, given.coefficients)]
@@ -121,12 +121,10 @@ def draw(scene: MeshScene, table: TextureTable, light: Light, shot: Shot) -> Fra
         suns = sun_textures(scene, given.suns, shot, target, tile)
 
         # Depths first, so that each sample is lit once
-        for each in (depths, program):
-            mesh_surface.place_camera(each, scene, shot.camera, tile, shot.fine)
-        with mesh_surface.rasterising("<"):
-            target.closed.use()
-            there.buffers.arrays[MESH_DEPTH].render(moderngl.TRIANGLES)
-        with mesh_surface.rasterising("<="):
+        target.closed.use()
+        mesh_surface.lay_depths(scene, there.buffers, shot.camera, tile, shot.fine)
+        mesh_surface.place_camera(program, scene, shot.camera, tile, shot.fine)
+        with mesh_surface.rasterising("=="):
             target.lit.use()
             there.textures.use(Unit.TRANSFER)
             if given.exact is not None:

@@ -31,6 +31,7 @@ SAMPLERS = {
     "environment": Unit.ENVIRONMENT,
     "networkWeights": Unit.WEIGHTS,
     "picture": Unit.PICTURE,
+    "cover": Unit.PICTURE,  # in the depth pass, which has no colours
     "normalMap": Unit.RELIEF,
     "transferTextures": Unit.TRANSFER,
     "volumeTexture": Unit.TRANSFER,

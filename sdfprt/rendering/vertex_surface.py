@@ -78,12 +78,15 @@ def draw(scene: MeshScene, table: VertexTable, light: Light, shot: Shot) -> Fram
 
     def lit(target: Target, tile: Tile) -> None:
         suns = sun_textures(scene, given.suns, shot, target, tile)
+        if scene.masked:
+            target.closed.use()
+            mesh_surface.lay_depths(scene, buffers, shot.camera, tile, shot.fine)
         target.lit.use()
         there.rows.bind_to_storage_buffer(_TABLE)
         for unit, texture in zip(SUNS.values(), suns, strict=False):
             texture.use(unit)
         mesh_surface.place_camera(program, scene, shot.camera, tile, shot.fine)
-        with mesh_surface.rasterising("<"):
+        with mesh_surface.rasterising("==" if scene.masked else "<"):
             for group in buffers.groups:
                 mesh_surface.dress(program, scene, buffers, group, albedo, exponent)
                 for other in (False, True) if group.two_sided else (False,):

@@ -35,12 +35,14 @@ def fanned(
     `advance` is told how many points are done.
     """
     lanes = projection.LANES if kernels.lanes() > 1 else 1
-    places, tree = of_points["points"], mesh_rays.tree(scene)
-    fixed = {"sequence": projection.sequence(rays, sampling, seed), "handles": tree.handles(lanes), **of_all}
+    places = of_points["points"]
+    fixed = {"sequence": projection.sequence(rays, sampling, seed), **of_all}
     kinds = {name: _kind(values) for name, values in fixed.items()}
-    arguments = {name: kernels.FLOATS for name in (*of_points, "out")} | {"numbers": kernels.WHOLES} | kinds
+    arguments = (
+        {name: kernels.FLOATS for name in (*of_points, "out")} | {"numbers": kernels.WHOLES, "handles": kernels.WHOLES} | kinds
+    )
     kernel = kernels.build(
-        mesh_rays.preamble(_SHARE),
+        mesh_rays.preamble(scene, _SHARE),
         ("mesh/tree.h", "transfer/projection.h", "transfer/point.h", f"transfer/{body}.h"),
         arguments | {"rays": int, "seed": int, "lift": float},
         lanes=projection.LANES,
@@ -49,12 +51,13 @@ def fanned(
         values if isinstance(values, int) else kernels.array(values, int if kinds[name] == kernels.WHOLES else float)
         for name, values in fixed.items()
     ]
+    handles = mesh_rays.handles(scene, lanes)
     result = np.empty((len(places), width), np.float32)
     along = projection.neighbours(places, scene.bounds)
     for first in range(0, len(places), _CHUNK):
         part = along[first : first + _CHUNK]
         out = kernels.zeros(len(part) * width)
-        own = [*(kernels.array(each[part]) for each in of_points.values()), out, kernels.array(start + part, int)]
+        own = [*(kernels.array(each[part]) for each in of_points.values()), out, kernels.array(start + part, int), handles]
         kernels.launch(kernel, len(part), [*own, *arrays, rays, seed, mesh_rays.lift(scene)])
         result[part] = out.numpy().reshape(len(part), width)
         advance(len(part))

@@ -50,7 +50,7 @@ def directions(normals: Float[ndarray, "n 3"], rays: int, seed: int = 0, start: 
     """Unit directions of points whose first has the number `start`, `rays` of each."""
     flat, whole = kernels.FLOATS, kernels.WHOLES
     kernel = kernels.build(
-        mesh_rays.preamble(128),
+        mesh_rays.preamble(share=128),
         ("transfer/projection.h", "transfer/directions.h"),
         {"normals": flat, "numbers": whole, "sequence": flat, "out": flat, "rays": int, "seed": int},
         lanes=projection.LANES,

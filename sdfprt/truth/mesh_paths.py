@@ -30,16 +30,15 @@ class MeshTracer:
             colours[:, :3] = scene.mean_albedo()
         colours[:, 3] = scene.exponent(every)
         numbers = [*lobe_numbers(material), *np.ravel(light.rotation), *mirror_numbers(material)]
-        tree = rays.tree(scene)
         floats = (numbers, *light_tables(light), scene.vertices, scene.normals, scene.two_sided, colours)
         self.floats = [kernels.array(np.asarray(values, np.float32)) for values in floats]
-        self.wholes = [kernels.array(scene.faces, int), kernels.array(tree.handles(kernels.lanes()), int)]
+        self.wholes = [kernels.array(scene.faces, int), rays.handles(scene, kernels.lanes())]
         self.scalars = [*light.pixels.shape[:2], bounces, *map(int, self.own), rays.lift(scene)]
         names = ("hits", "numbers", "pixels", "density", "rows", "columns", "vertices", "normals", "two_sided", "colours")
         kinds = {name: kernels.FLOATS for name in names} | {name: kernels.WHOLES for name in ("faces", "handles")}
         kinds |= {name: int for name in ("height", "width", "bounces", "has_albedo", "has_exponent")} | {"lift": float}
         kinds |= {name: int for name in ("start", "packets", "seed")} | {"all": kernels.FLOATS, "squares": kernels.FLOATS}
-        self.kernel = kernels.build(rays.preamble(), ("mesh/tree.h", "truth/sampling.h", "truth/mesh_paths.h"), kinds)
+        self.kernel = kernels.build(rays.preamble(scene), ("mesh/tree.h", "truth/sampling.h", "truth/mesh_paths.h"), kinds)
 
     def run(self, directions: ndarray, start: int, packets: int, seed: int) -> tuple[ndarray, ndarray, ndarray]:
         """Sums of packet means and of their squares (N, 3), and hits (N,), of N rays whose first has the number `start`."""

@@ -23,6 +23,7 @@ out vec3 diffuseLightHere;
 out vec3 glossyLightHere;
 out vec2 pictureAt;
 out vec3 vertexPaint;
+invariant gl_Position;          // as in the depth pass
 
 void main() {
     gl_Position = toPicture(place);

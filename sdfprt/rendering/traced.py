@@ -4,6 +4,7 @@ Cones about 4 x 4 samples first, as the OpenGL renderer has them, then rays from
 sdf.trace.gbuffer, on numpy's arrays; a test holds the two together.
 """
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -68,18 +69,29 @@ class PlaneTracer:
 
     def trace(self) -> None:
         """Fill the planes for what `camera` holds (picture.view), and `discs`."""
-        scene, planes = self.scene, self.planes
-        relaxation, steps = settings.Trace.relaxation, settings.Trace.steps
-        cones = [self.camera, self.cones, self.box]
-        _launch(self.free, len(self.cones), cones, [*self.size, scene.step, relaxation, steps])
-        seen = [self.camera, self.cones, planes.points, planes.normals, planes.colours, self.box]
-        limits = trace.limits(scene, settings.Trace.hit)
-        count = len(planes.points)
-        _launch(self.seen, count, seen, [*self.size, *limits, NORMAL_STEP * scene.diagonal])
+        self.find_free()
+        self.find_hits()
         if self.sunlight is not None:
-            of = [planes.points, planes.normals, planes.colours, self.camera, self.levels, self.discs]
-            sums = [planes.sun_diffuse, planes.sun_glossy, self.box]
-            _launch(self.sunlight, count, [*of, *sums], [self.suns, *shadow.limits(scene)])
+            self.add_suns()
+
+    def find_free(self) -> None:
+        """How far the cones are free."""
+        numbers = [*self.size, self.scene.step, settings.Trace.relaxation, settings.Trace.steps]
+        _launch(self.free, len(self.cones), [self.camera, self.cones, self.box], numbers)
+
+    def find_hits(self) -> None:
+        """Points, normals and colours."""
+        scene, planes = self.scene, self.planes
+        seen = [self.camera, self.cones, planes.points, planes.normals, planes.colours, self.box]
+        numbers = [*self.size, *trace.limits(scene, settings.Trace.hit), NORMAL_STEP * scene.diagonal]
+        _launch(self.seen, len(planes.points), seen, numbers)
+
+    def add_suns(self) -> None:
+        """Sums over the discs."""
+        planes = self.planes
+        of = [planes.points, planes.normals, planes.colours, self.camera, self.levels, self.discs]
+        sums = [planes.sun_diffuse, planes.sun_glossy, self.box]
+        _launch(self.sunlight, len(planes.points), [*of, *sums], [self.suns, *shadow.limits(self.scene)])
 
 
 def in_rows(plane: Float[Tensor, "n 4"], size: tuple[int, int]) -> Float[Tensor, "m 4"]:
@@ -94,5 +106,11 @@ def _launch(kernel: Any, count: int, tensors: list[Tensor], numbers: list[float]
     """Over whole packets, in torch's order of work."""
     wp = kernels.warp()
     arrays = [wp.from_torch(each.reshape(-1), dtype=wp.float32) for each in tensors]
-    stream = wp.stream_from_torch(torch.cuda.current_stream(tensors[0].device)) if tensors[0].is_cuda else None
+    stream = _stream(torch.cuda.current_stream(tensors[0].device)) if tensors[0].is_cuda else None
     kernels.launch(kernel, count // kernels.lanes(), [*arrays, *numbers], stream, _BLOCK)
+
+
+@functools.lru_cache(maxsize=32)
+def _stream(stream: "torch.cuda.Stream") -> Any:
+    """Warp's object for a stream of torch: made before a capture, in which nothing may be made."""
+    return kernels.warp().stream_from_torch(stream)

@@ -16,7 +16,7 @@ from sdfprt.baking.storages import belonging_to
 from sdfprt.baking.tables import bake_vertices
 from sdfprt.baking.textures import TEXELS, bake_textures
 from sdfprt.baking.volumes import POINTS, bake_volume
-from sdfprt.core import settings
+from sdfprt.core import kernels, settings
 from sdfprt.core.arguments import checked
 from sdfprt.core.cache import WORK, cache_folder, trim_work
 from sdfprt.core.errors import SdfprtError
@@ -194,10 +194,13 @@ def _samples(
 ) -> tuple[str, Samples, Samples]:
     """The name of what was traced, samples to train on, and samples for validation, with more rays and by the field alone."""
     work, held = cache_folder() / WORK, settings.Fit.held_out
-    rounded = points * rays > settings.Lattice.few and not isinstance(scene, MeshScene)
+    # A card has followed all rays by the field before a lattice is built
+    many = points * rays > settings.Lattice.few and not isinstance(scene, MeshScene)
+    rounded = many and not kernels.device().startswith("cuda")
     spans = Span(0, points, rays, rounded, sampling), Span(points, points + held, settings.Fit.held_out_rays, False)
     key = stages.digest(scene.hash, points, held, seed, resolution, asdict(settings.Surface()))
     by = [asdict(settings.Trace()), asdict(settings.Lattice()), *stages.marked(sampling)]
+    by += ["field"] if many and not rounded else []
     traced = work / f"transfer-{stages.digest(key, bands, rays, *by)}"
     with workers.connect(cluster) if cluster else nullcontext() as client:  # first, since it may not be there
         drawn = stages.surface(scene, work / f"surface-{key}.npz", points + held, held, seed, resolution)

@@ -85,7 +85,7 @@ def by_torch(
             layers = list(zip(matrices(w, sizes), b.split(list(sizes[1:])), strict=True))
             values = activate(layers, features[rows])
             errors = torch.nn.functional.huber_loss(values, target[rows], reduction="none", delta=outlier)
-            by_weights, by_biases = torch.autograd.grad(errors, (w, b), slopes.expand_as(errors))
+            by_weights, by_biases = torch.autograd.grad((slopes * errors).sum(), (w, b))
         return by_weights, by_biases
 
     def directions(flat: Tensor) -> Tensor:
@@ -101,7 +101,8 @@ def orthogonal(g: Float[Tensor, "s m n"]) -> Float[Tensor, "s m n"]:
     x = x / (torch.linalg.vector_norm(x, dim=(1, 2), keepdim=True) + 1e-12)
     for a, b, c in _QUINTIC:
         gram = x @ x.mT
-        x = torch.baddbmm(x, torch.baddbmm(gram, gram, gram, beta=b, alpha=c), x, beta=a)
+        turned = gram @ x
+        x = x.add(turned, alpha=b / a).baddbmm_(gram, turned, beta=a, alpha=c)  # a x + b G x + c G^2 x
     return x.mT if tall else x
 
 

@@ -12,11 +12,13 @@ from itertools import pairwise
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor
-from torch.nn.functional import pad
+from torch.nn.functional import leaky_relu_, pad
 
 from sdfprt.core.settings import Fit
-from sdfprt.network.optimizer import BETAS, MOMENTUM, TINY, by_torch, matrices, orthogonal
+from sdfprt.network.mlp import SLOPE
+from sdfprt.network.optimizer import BETAS, MOMENTUM, TINY, matrices, orthogonal
 
+aten = torch.ops.aten
 STRETCH = 50  # steps of a graph
 _ALIGNED = 16  # sides of squares are multiples of it
 
@@ -43,11 +45,9 @@ class Stack:
         self.rows_of = {name: torch.zeros(layers, side, device=self.device) for name in ("biases", "mean", "square")}
         for ours, theirs in self._pairs():
             ours.copy_(theirs)
-        features, target = (pad(values, (0, side - values.shape[1])) for values in (features, target))
-        own = self.squares["weights"].view(-1), self.rows_of["biases"].view(-1)
-        self.gradients = by_torch(
-            [side] * (layers + 1), *own, features, target, pad(slopes, (0, side - len(slopes))), outlier
-        ).gradients
+        self.features, self.target = (pad(values, (0, side - values.shape[1])) for values in (features, target))
+        self.slopes, self.outlier = pad(slopes, (0, side - len(slopes))), outlier
+        self.inputs, self.errors = (torch.zeros(layers, batch, side, device=self.device) for _ in range(2))  # of each layer
         self.batches = torch.zeros(STRETCH, batch, dtype=torch.int64, device=self.device)
         self.numbers = torch.zeros(STRETCH, 3 + layers, device=self.device)
         self.graph: torch.cuda.CUDAGraph | None = None
@@ -116,13 +116,28 @@ class Stack:
         lengths = [-rate * math.sqrt(max(1, m / n)) for n, m in pairwise(self.sizes)]
         return [1 - Fit.decay * rate, -rate * Fit.bias_share * first, second, *lengths]
 
+    def _gradients(self, rows: Int[Tensor, "b"]) -> tuple[Float[Tensor, "l m m"], Float[Tensor, "l m"]]:
+        """As `gradients` of optimizer.by_torch, written out: torch's own derivative is half as many kernels again."""
+        weights, biases, inputs, errors = self.squares["weights"], self.rows_of["biases"], self.inputs, self.errors
+        torch.index_select(self.features, 0, rows, out=inputs[0])
+        last = len(weights) - 1
+        for k in range(last):
+            leaky_relu_(torch.addmm(biases[k], inputs[k], weights[k].T, out=inputs[k + 1]), SLOPE)
+        values = torch.addmm(biases[last], inputs[last], weights[last].T).tanh_()
+
+        # Back through the layers: the derivative of the loss by what a layer gives before it is bent
+        wrong = values.sub(self.target[rows]).clamp_(-self.outlier, self.outlier).mul_(self.slopes)
+        aten.tanh_backward.grad_input(wrong, values, grad_input=errors[last])
+        for k in range(last, 0, -1):
+            aten.leaky_relu_backward.grad_input(errors[k] @ weights[k], inputs[k], SLOPE, True, grad_input=errors[k - 1])
+        return errors.mT @ inputs, errors.sum(dim=1)
+
     @torch.no_grad()
     def _steps(self, count: int) -> None:
         weights, momentum = self.squares["weights"], self.squares["momentum"]
         biases, mean, square = (self.rows_of[name] for name in ("biases", "mean", "square"))
         for rows, numbers in zip(self.batches[:count], self.numbers[:count], strict=True):
-            by_weights, by_biases = self.gradients(rows)
-            by_weights, by_biases = by_weights.view_as(weights), by_biases.view_as(biases)
+            by_weights, by_biases = self._gradients(rows)
             momentum.lerp_(by_weights, 1 - MOMENTUM)
             turned = orthogonal(torch.lerp(by_weights, momentum, MOMENTUM))
             weights.mul_(numbers[0]).addcmul_(turned, numbers[3:, None, None])

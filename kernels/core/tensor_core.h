@@ -29,6 +29,10 @@ struct TensorCore {
     // Whether a bit is set in any lane
     static inline CUDA_CALLABLE bool any(const unsigned (&bits)[HELD]) { return __any_sync(0xffffffffu, bits[0]); }
 
+    // The same of all warps of a block, which thereby go on together
+    static inline CUDA_CALLABLE bool any_of_block(const unsigned (&bits)[HELD]) { return __syncthreads_or(bits[0]); }
+    static inline CUDA_CALLABLE void together() { __syncthreads(); }
+
     // D += A B, of the left (0) or the right (1) B; by all lanes together, hence volatile, lest the compiler moves it into a branch
     static inline CUDA_CALLABLE void multiply(Sums& d, const Halves& a, const Weights& b, int side) {
         const unsigned* x = a.at[0];
@@ -131,6 +135,9 @@ struct TensorCore {
         for (int l = 0; l < HELD; l++) all |= bits[l];
         return all != 0;
     }
+
+    static inline bool any_of_block(const unsigned (&bits)[HELD]) { return any(bits); }
+    static inline void together() {}
 
     static inline void multiply(Sums& d, const Halves& a, const Weights& b, int side) {
         float left[16][16], right[16][8];

@@ -1,12 +1,13 @@
 // The whole network for the 16 * ROW_TILES rows of packet `item`, on tensor cores: features, layers, transfer. Twin of
 // `TransferNet.predict`, with weights and activations in halves. Nothing but rows and results leaves the registers: what a layer's
-// sums are in is, packed, what the next layer's product takes in. A warp needs no other one.
+// sums are in is, packed, what the next layer's product takes in. A warp needs no other one, but for a common pace: TOGETHER, where
+// the weights of all layers are more than the first-level cache holds, lets a block's warps begin each layer at the same time.
 //     1  rows: points, and whether any of them counts; normals
 //     2  features, in the order that lets each lane work out its own ones: `SLOTS` half pairs a lane and row
 //     3  layers, 16 neurons at a time: weights come in the order of the lanes, which network/fused.py gives them
 //     4  scale * tanh, and the transfer of an open sky where the network holds what is missing from it
 // Counts are constants: ROW_TILES; FEATURE_TILES, WIDTH_TILES, OUTPUT_TILES of 16 columns each; MIDDLE layers of the width between
-// the first and the last, MIDDLE_UNROLL of them unrolled; POSITIONS and NORMALS octaves; OUTPUTS; RESIDUAL. SLOPE is the leaky ReLU's.
+// the first and the last, MIDDLE_UNROLL of them unrolled; POSITIONS and NORMALS octaves; OUTPUTS; RESIDUAL. SLOPE: of the ReLU.
 // Arguments: weights; numbers: the centre and 1 / extent, biases, scale; points and normals, in rows of so many floats, a multiple
 // of four; out; count of rows; masked: rows whose fourth number is not above 0.5 are left alone. Indices of all are below 2^31.
 struct Fused : TensorCore {
@@ -74,6 +75,7 @@ struct Fused : TensorCore {
     static inline CUDA_CALLABLE void layer(const Activations& in, int tiles, const int* weights, const float* biases,
                                            Activations& out) {
         const unsigned slope = pack(SLOPE, SLOPE);
+        if (TOGETHER) together();
         UNROLL for (int block = 0; block < WIDTH_TILES; block++) {
             Sums sums[ROW_TILES][2];
             sum(sums, in, tiles, weights + block * tiles * TILE, biases + BIASES * block);
@@ -119,7 +121,7 @@ UNROLL for (int l = 0; l < HELD; l++) {
             counts[l] |= (unsigned)((row < count) & hit) << (2 * m + r);
         }
 }
-if (Fused::any(counts)) {
+if (TOGETHER ? Fused::any_of_block(counts) : Fused::any(counts)) {
     // Features
     Fused::Activations now, next;
     float place[4];

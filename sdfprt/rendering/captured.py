@@ -28,7 +28,8 @@ from sdfprt.light.prepared import PreparedLight
 from sdfprt.light.suns import Suns
 from sdfprt.material.lobes import parts
 from sdfprt.network import fused
-from sdfprt.network.mlp import TransferNet, activate, encode, open_sky
+from sdfprt.network.mlp import TransferNet
+from sdfprt.network.products import products as kept_products
 from sdfprt.rendering.frame import bounced_of, tiles, trace_suns, trace_tile
 from sdfprt.rendering.picture import LightTensors, Look, PictureKernel, Planes, map_shapes, send, view
 from sdfprt.rendering.targets import Kept
@@ -210,23 +211,15 @@ def network_step(net: TransferNet, planes: Planes, out: Float[Tensor, "n k"]) ->
     packed = fused.packed(net, points.device)
     if packed is not None:
         return lambda: fused.run(packed, points, 4, normals, 4, out, count, masked=True)
-    where = points.device
-    kind = torch.float16 if where.type == "cuda" else torch.float32
-    layers = [(torch.from_numpy(w).to(where, kind), torch.from_numpy(b).to(where, kind)) for w, b in net.weights]
-    scale = torch.tensor(net.scale, dtype=torch.float32, device=where)
-    center = torch.tensor(net.center, dtype=torch.float32, device=where)
-    octaves = net.position_frequencies, net.normal_frequencies
+    kind = torch.float16 if points.is_cuda else torch.float32
+    products = kept_products(net, points.device, kind)
 
-    def products() -> None:
+    def run() -> None:
         for first in range(0, count, _ROWS):
             rows = slice(first, first + _ROWS)
-            n = normals[rows, :3]
-            features = encode((points[rows, :3] - center) / net.extent, n, *octaves)
-            torch.mul(activate(layers, features.to(kind)), scale, out=out[rows])
-            if net.residual:
-                out[rows] += open_sky(n, len(scale))
+            products.run(points[rows, :3], normals[rows, :3], out[rows])
 
-    return products
+    return run
 
 
 def copy_seen(scene: AnyScene, shot: Shot, suns: Suns, planes: Planes, where: torch.device) -> None:

@@ -29,7 +29,8 @@ from sdfprt.material import shading
 from sdfprt.material.lobes import parts
 from sdfprt.network import fused
 from sdfprt.network.cells import AnyNet, CellNets
-from sdfprt.network.mlp import TransferNet, activate, encode, open_sky
+from sdfprt.network.mlp import TransferNet
+from sdfprt.network.products import products as kept_products
 from sdfprt.rendering import captured
 from sdfprt.rendering.frame import bounced_of, checked, prepared, tiles, trace_suns, trace_tile
 from sdfprt.rendering.picture import send, view
@@ -41,7 +42,7 @@ from sdfprt.transfer.seen import see
 from sdfprt.transfer.sunlight import sunlight as suns_by_rays
 
 _CACHE = 2**20  # bytes of one layer's values, on a CPU
-_ROWS = 2**16  # points at once, on a GPU
+_ROWS = 2**18  # points at once, on a GPU: what lies between two products takes longer to start than to do for fewer
 _FEWEST = 2**10  # of them where its memory is short
 
 
@@ -96,20 +97,12 @@ def predict(
         rows = [v if v.stride(1) == 1 else v.contiguous() for v in (all_points, all_normals)]
         fused.run(packed, rows[0], rows[0].stride(0), rows[1], rows[1].stride(0), out, len(out))
         return out
-    layers = [(torch.from_numpy(w).to(where, kind), torch.from_numpy(b).to(where, kind)) for w, b in net.weights]
-    scale, center = (torch.tensor(np.asarray(v, np.float32), device=where) for v in (net.scale, net.center))
-    octaves = net.position_frequencies, net.normal_frequencies
-
-    def products(chunk: slice) -> None:
-        features = encode((all_points[chunk] - center) / net.extent, all_normals[chunk], *octaves)
-        out[chunk] = scale * activate(layers, features.to(kind))
-        if net.residual:
-            out[chunk] += open_sky(all_normals[chunk], len(scale))
-
+    products = kept_products(net, out.device, kind)
     first, batch = 0, batch or batch_of(net, where)
     while first < len(out):
         try:
-            products(slice(first, first + batch))
+            rows = slice(first, first + batch)
+            products.run(all_points[rows], all_normals[rows], out[rows])
         except torch.cuda.OutOfMemoryError:
             if batch <= _FEWEST:
                 raise SdfprtError(f"{where}: out of memory, even for {batch} points; close what else uses it") from None

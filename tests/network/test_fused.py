@@ -14,7 +14,7 @@ from nets import bounced_net, random_net
 from sdfprt.core import kernels
 from sdfprt.core.errors import SdfprtWarning
 from sdfprt.material.colours import Bounces
-from sdfprt.network import fused
+from sdfprt.network import fused, products
 from sdfprt.network.fused import Size
 from sdfprt.network.mlp import SLOPE, TransferNet, encode
 from sdfprt.rendering import torch_backend
@@ -58,6 +58,7 @@ def placed(net: TransferNet) -> TransferNet:
     [
         (64, 4, 4, (7, 2)),  # what a bake has by default
         (128, 4, 4, (7, 2)),
+        (256, 3, 4, (7, 2)),
         (16, 2, 3, (0, 0)),
         (40, 3, 5, (3, 0)),
         (64, 5, 6, (10, 4)),
@@ -118,20 +119,20 @@ def test_activations_are_halves_and_sums_are_not():
 
 
 def test_what_the_kernel_is_not_for_is_left_to_products():
-    assert fused.fits(random_net(128)) and not fused.fits(random_net(129))
+    assert fused.fits(random_net(256)) and not fused.fits(random_net(257))
     assert fused.packed(random_net(), torch.device("cpu")) is None
 
 
 def test_batches_shrink_where_memory_is_short_and_that_is_said_once(monkeypatch, recwarn):
     net, (points, normals) = random_net(), surface(5000, 3)
-    products = torch_backend.activate
+    activate = products.activate
 
     def short(layers, features):
         if len(features) > 1500:
             raise torch.cuda.OutOfMemoryError("tried to allocate")
-        return products(layers, features)
+        return activate(layers, features)
 
-    monkeypatch.setattr(torch_backend, "activate", short)
+    monkeypatch.setattr(products, "activate", short)
     torch_backend._say_smaller.cache_clear()
     for _ in range(2):
         found = torch_backend.predict(net, points, normals, batch=4096).cpu().numpy()

@@ -201,12 +201,11 @@ def view(
     without the `glfw` package and without OpenGL 4.3.
     """
     shot = compose(scene, material, camera, size, samples, background, dering=dering, suns=suns, gloss=gloss)
-    glfw = need_display(scene)
+    net, glfw = one_network_of(asset, scene, "the window"), need_display(scene)
     choices = [light, *(Light.load(name) for name in lights() if name != light.name)]
     start = Look(shot.camera, shot.material, 0, yaw, exposure, background)
     window = _window(glfw, scene, size)
     try:
-        net = one_network_of(asset, scene, "the window")
         painter = Painter(moderngl.create_context(require=430), scene, net, choices, shot.lighting, samples)
         _loop(glfw, window, painter, start)
     finally:

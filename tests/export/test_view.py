@@ -120,6 +120,11 @@ def test_the_window_reads_the_scenes_textures():
     assert 10 * np.log10(1 / ((got - tone.srgb_encode(tone.tone_map(drawn.rgb))) ** 2).mean()) > 50
 
 
+def test_networks_in_cells_are_refused_before_a_window_is_tried():
+    with pytest.raises(SdfprtError, match="4 networks in cells, and the window takes one; bake with --cells 1"):
+        view(SCENE, nets.random_cells(), Light.load("studio"))
+
+
 def test_without_a_display_one_line_says_what_to_do(monkeypatch):
     pytest.importorskip("glfw")
     monkeypatch.delenv("DISPLAY", raising=False)

@@ -33,10 +33,12 @@ def parser(name: str, doc: str | None) -> argparse.ArgumentParser:
 
 
 def setting(*parts: str) -> str:
-    """One line: the parts, the machine and its load, versions, and the command of this run."""
+    """One line: the parts, the machine and its load, the day, versions, and the command of this run."""
     command = f"sdfprt bench {Path(sys.argv[0]).stem} {shlex.join(sys.argv[1:])}".strip()
     machine = f"{_processor()}, {os.cpu_count()} cores, load {_LOAD:.1f} before the start"
+    day = time.strftime("%Y-%m-%d")
     versions = ", ".join(f"{name} {version(name)}" for name in _VERSIONS)
+    machine += "" if day in parts else f", {day}"
     return f"{', '.join(parts)}; {machine}; Python {platform.python_version()}, {versions}. `{command}`"
 
 

@@ -9,7 +9,8 @@
   7  bakes     a file of 70 thousand triangles: a network against xatlas and a texture
   8  rays      mesh rays beside Mitsuba's ray_test
 
-`--tables 1,4` runs some of them; what the others gave before stays on the page. `--share .02 --views 2 --frames 1` is a rehearsal.
+`--tables 1,4` runs some of them; what the others gave before stays on the page, and so do rows of other scenes. `--share .02
+--views 2 --frames 1` is a rehearsal.
 Writes mesh-tables.md, mesh-tables.json and mesh-tessellation.jpg.
 """
 
@@ -97,6 +98,16 @@ def _body(tables: dict[str, dict]) -> str:
     return "\n\n".join(sections)
 
 
+def beside(new: dict, known: dict | None) -> dict:
+    """A table with the rows that an earlier run has of other scenes, and what that run was; where it was asked the same."""
+    scenes = {row.get("scene") for row in new["rows"]}
+    rows = [row for row in known["rows"] if row.get("scene") not in scenes] if known and known["words"] == new["words"] else []
+    if known is None or not rows or None in scenes:
+        return new
+    earlier = f"{', '.join(dict.fromkeys(row['scene'] for row in rows))}: {known['setting']}"
+    return {**new, "rows": rows + new["rows"], "setting": f"{new['setting']}\n\n{earlier}"}
+
+
 def write(folder: Path, tables: dict[str, dict]) -> str:
     """The page of these tables, and its text."""
     intro = (
@@ -119,7 +130,7 @@ def main() -> None:
     for number in chosen:
         title, run = PARTS[number]
         print(f"{number}. {title}", flush=True)
-        tables[number] = {**run(args), "setting": bench.setting(f"table {number}")}
+        tables[number] = beside({**run(args), "setting": bench.setting(f"table {number}")}, tables.get(number))
         text = write(args.output, tables)
     print(text)
 

@@ -66,6 +66,16 @@ def test_a_page_keeps_the_tables_that_are_not_run_again(tmp_path: Path, monkeypa
         meshes.main()
 
 
+def test_rows_of_other_scenes_stay_with_what_they_were_measured_by() -> None:
+    known = {"rows": [{"scene": "a", "k": 1}, {"scene": "b", "k": 1}], "words": "w", "formats": {}, "setting": "before"}
+    new = {"rows": [{"scene": "b", "k": 2}], "words": "w", "formats": {}, "setting": "now"}
+    both = meshes.beside(new, known)
+    assert both["rows"] == [{"scene": "a", "k": 1}, {"scene": "b", "k": 2}] and both["setting"] == "now\n\na: before"
+    assert meshes.beside(new, None) == new
+    assert meshes.beside(new, {**known, "words": "by other views"}) == new
+    assert meshes.beside({**new, "rows": [{"k": 2}]}, known)["rows"] == [{"k": 2}]
+
+
 def test_without_npm_the_dragon_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setenv("SDFPRT_CACHE", str(tmp_path))

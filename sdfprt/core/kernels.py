@@ -122,8 +122,11 @@ def _allocated(make: Callable[[], "wp.array"], size: int) -> "wp.array":
         raise OutOfMemory(f"{device()}: out of memory: no room for {size / 2**20:,.0f} MB more; close what else uses it") from None
 
 
-def in_batches(count: int, most: int, run: Callable[[slice], None], fewest: int = 1024) -> None:
-    """Run `count` items, `most` at a time; where memory does not do, half as many each time, which is said once."""
+def in_batches(count: int, most: int, run: Callable[[slice], None], fewest: int = 1024, where: str = "") -> None:
+    """Run `count` items, `most` at a time; where memory does not do, half as many each time, which is said once.
+
+    `where`: the device that this is said of, by default that of the kernels.
+    """
     first = 0
     while first < count:
         try:
@@ -132,7 +135,7 @@ def in_batches(count: int, most: int, run: Callable[[slice], None], fewest: int 
             if most <= fewest:
                 raise
             most = max(most // 2, fewest)
-            _say_smaller(device())
+            _say_smaller(where or device())
             continue
         first += most
 

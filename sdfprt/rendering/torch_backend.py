@@ -5,8 +5,6 @@ stay in cache. What a camera sees comes from the OpenGL surface pass (`torch`) o
 Shading is sdfprt.shading, the same as everywhere, on the tensors: what leaves the device is the picture.
 """
 
-import functools
-import warnings
 from collections.abc import Iterator
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -18,7 +16,6 @@ from jaxtyping import Bool, Float
 from numpy import ndarray
 
 from sdfprt.core import cards, kernels
-from sdfprt.core.errors import SdfprtError, SdfprtWarning
 from sdfprt.core.interop import planes
 from sdfprt.core.opengl import in_render_thread
 from sdfprt.imaging.shot import Frame, Shot
@@ -43,7 +40,6 @@ from sdfprt.transfer.sunlight import sunlight as suns_by_rays
 
 _CACHE = 2**20  # bytes of one layer's values, on a CPU
 _ROWS = 2**18  # points at once, on a GPU: what lies between two products takes longer to start than to do for fewer
-_FEWEST = 2**10  # of them where its memory is short
 
 
 @dataclass(frozen=True)
@@ -98,26 +94,17 @@ def predict(
         fused.run(packed, rows[0], rows[0].stride(0), rows[1], rows[1].stride(0), out, len(out))
         return out
     products = kept_products(net, out.device, kind)
-    first, batch = 0, batch or batch_of(net, where)
-    while first < len(out):
+
+    def some(rows: slice) -> None:
         try:
-            rows = slice(first, first + batch)
             products.run(all_points[rows], all_normals[rows], out[rows])
         except torch.cuda.OutOfMemoryError:
-            if batch <= _FEWEST:
-                raise SdfprtError(f"{where}: out of memory, even for {batch} points; close what else uses it") from None
-            batch = max(batch // 2, _FEWEST)
-            _say_smaller()
-            continue
-        first += batch
+            raise kernels.OutOfMemory(
+                f"{where}: out of memory: no room for a network's products; close what else uses it"
+            ) from None
+
+    kernels.in_batches(len(out), batch or batch_of(net, where), some, where=where)
     return out
-
-
-@functools.cache
-def _say_smaller() -> None:
-    """Once."""
-    message = "the card is out of memory: its network takes fewer points at a time, which takes longer"
-    warnings.warn(message, SdfprtWarning, stacklevel=2)
 
 
 def _sent(values: ndarray) -> torch.Tensor:

@@ -133,7 +133,7 @@ def test_batches_shrink_where_memory_is_short_and_that_is_said_once(monkeypatch,
         return activate(layers, features)
 
     monkeypatch.setattr(products, "activate", short)
-    torch_backend._say_smaller.cache_clear()
+    kernels._say_smaller.cache_clear()
     for _ in range(2):
         found = torch_backend.predict(net, points, normals, batch=4096).cpu().numpy()
         np.testing.assert_allclose(found, net.predict(points, normals), atol=2e-5)  # float32

@@ -397,7 +397,8 @@ def frames_of(scene: Any, net: Any, material: str, size: int, backend: str, way:
     else:
         own = _by_cudas_clock(lambda: torch_backend.picture_on_device(scene, net, light, shot, backend, lit))
     hit = float((kept[0].alpha > 0).mean())
-    return {"first frame, s": first, "FPS, whole call": 1 / whole, "FPS on the card": 1 / own, "hit": hit}
+    row = {"first frame, s": first, "FPS, whole call": 1 / whole, "FPS on the card": 1 / own}
+    return row | {"hit": hit, "samples": size**2}
 
 
 def timed_row(row: bench.Row, scene: Any, net: Any, material: str, size: int, backend: str, way: str = "papers") -> bench.Row:
@@ -720,7 +721,7 @@ def main() -> None:
     where = os.environ.get("SDFPRT_DEVICE", "cpu")
     took = f"{time.perf_counter() - start:.0f} s"
     line = bench.setting(f"kernels on {where}", platform.platform(), time.strftime("%Y-%m-%d"), took)
-    bench.save(args.output, "gpu", "On a GPU", line, page.body(results), results)
+    bench.save(args.output, "gpu", "On a GPU", line, page.body(results, rehearsed()), results)
     page.plot(results, args.output / "gpu.png")
     if drawn:
         page.contact_sheet(drawn, args.output / "gpu-pictures.png")

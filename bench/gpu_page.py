@@ -70,36 +70,39 @@ def section(step: str, results: Results) -> str:
     return "\n\n".join(part for part in parts if part) + f"\n\n`--steps {step}`, {answer['seconds']:.0f} s.\n"
 
 
-def body(results: Results) -> str:
+def body(results: Results, rehearsed: bool) -> str:
     """The page: what was hoped for and what came of it, then every step."""
-    return "\n\n".join(["## In short", bench.table(list(goals(results))), *(section(step, results) for step in results)])
+    parts = ["A rehearsal on a CPU: pictures are small, and no figure says anything of a card."] if rehearsed else []
+    parts += ["## In short", bench.table(list(goals(results))), *(section(step, results) for step in results)]
+    return "\n\n".join(parts)
 
 
 def wide(rows: list[Row], results: Results) -> list[Row]:
     """Rows of one back end each, as one row a picture with a column a back end."""
-    products = {
-        row["what"].split()[2]: row["TFLOP/s"] for row in _rows(results, "peak") if "TFLOP/s" in row and "product" in row["what"]
-    }
-    copy = next((row["GB/s"] for row in _rows(results, "peak") if "GB/s" in row), None)
-    found: dict[tuple, Row] = {}
+    reached = _rows(results, "peak")
+    products = next((row["TFLOP/s"] for row in reached if row["what"].startswith("matrix product float16")), None)
+    copy = next((row["GB/s"] for row in reached if "GB/s" in row), None)
+    pictures: dict[tuple, list[Row]] = {}
     for row in rows:
-        key = tuple(row.get(name, "") for name in ("scene", "k", "material", "look"))
-        material = ", ".join(each for each in (row["material"], key[3]) if each)
-        one = found.setdefault(key, {"scene": row["scene"], "k": row["k"], "material": material})
-        one |= {name: value for name, value in row.items() if name.startswith("paper, ")}
-        one[row["back end"]] = row.get("FPS on the card")
-        if row.get("FPS on the card", 0) > one.get("best", 0):
-            one |= {"best": row["FPS on the card"], "whole call": row["FPS, whole call"], "row": row}
-    for one in found.values():
-        best, row = one.pop("best", None), one.pop("row", {})
-        papers = [value for name, value in one.items() if name.startswith("paper, ")]
-        if best and papers:
-            one |= {"best/paper": best / max(papers), "ten times": "yes" if best >= GOAL * max(papers) else "no"}
-        if best and copy and products and "hit" in row and "weights" in row:
-            samples = 1024**2
-            least = 2 * row["weights"] * row["hit"] * samples / products["float16"] / 1e12 + SAMPLE_BYTES * samples / copy / 1e9
-            one["of the least"] = 1 / best / least
-    return list(found.values())
+        pictures.setdefault(tuple(row.get(name, "") for name in ("scene", "k", "material", "look")), []).append(row)
+    made = []
+    for (scene, width, material, look), each in pictures.items():
+        one: Row = {"scene": scene, "k": width, "material": f"{material}, {look}" if look else material}
+        papers = {name: value for row in each for name, value in row.items() if name.startswith("paper, ")}
+        drawn = [row for row in each if "FPS on the card" in row]
+        one |= papers | {row["back end"]: row.get("FPS on the card") for row in each}
+        best = max(drawn, key=lambda row: row["FPS on the card"], default=None)
+        if best is not None:
+            frames = best["FPS on the card"]
+            one["whole call"] = best["FPS, whole call"]
+            if papers:
+                most = max(papers.values())
+                one |= {"best/paper": frames / most, "ten times": "yes" if frames >= GOAL * most else "no"}
+            if products and copy and "weights" in best:
+                work, moved = 2e-12 * best["weights"] * best["hit"] * best["samples"], 1e-9 * SAMPLE_BYTES * best["samples"]
+                one["of the least"] = 1 / frames / (work / products + moved / copy)
+        made.append(one)
+    return made
 
 
 def goals(results: Results) -> Iterator[Row]:

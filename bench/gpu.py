@@ -720,7 +720,7 @@ def main() -> None:
                 drawn |= {name: kept[name] for name in kept.files}
     where = os.environ.get("SDFPRT_DEVICE", "cpu")
     took = f"{time.perf_counter() - start:.0f} s"
-    line = bench.setting(f"kernels on {where}", platform.platform(), time.strftime("%Y-%m-%d"), took)
+    line = bench.setting(f"kernels on {where}", platform.platform(), took)
     bench.save(args.output, "gpu", "On a GPU", line, page.body(results, rehearsed()), results)
     page.plot(results, args.output / "gpu.png")
     if drawn:

@@ -1,5 +1,6 @@
 """The camera: a pinhole; rays pass through pixel centres (+0.5), row 0 is on top, x to the right."""
 
+import functools
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -61,6 +62,11 @@ class Camera:
     @property
     def axes(self) -> Float[ndarray, "3 3"]:
         """Rows: right, up, forward; unit length."""
+        return self._axes.copy()
+
+    @functools.cached_property
+    def _axes(self) -> Float[ndarray, "3 3"]:
+        """Each pass of a frame asks for them."""
         forward = np.subtract(self.target, self.eye).astype(float)
         forward /= np.linalg.norm(forward)
         right = np.cross(forward, self.up)

@@ -143,9 +143,14 @@ class Light:
         found, rest = self.derived(("suns", most), self._split_at(most))
         return found.turned(self.rotation), replace(rest, rotation=self.rotation)
 
+    @property
+    def shrunk(self) -> Float[ndarray, "h w 3"]:
+        """The map of fewer rows that suns and prefiltered maps are made of; itself where it is small."""
+        return self.derived(("shrunk",), lambda: prefiltered.shrunk(np.asarray(self.pixels)))
+
     def _split_at(self, most: int) -> Callable[[], tuple[suns.Suns, Light]]:
         def split() -> tuple[suns.Suns, Light]:
-            found, pixels = suns.split(prefiltered.shrunk(self.pixels), most)
+            found, pixels = suns.split(self.shrunk, most)
             return found, Light(pixels, self.name)
 
         return split

@@ -49,13 +49,10 @@ def prepare(light: Light, lighting: Lighting, material: Material, bands: int, va
 
 
 def _exact(light: Light, material: Material, bands: int, varying: bool) -> ExactLight:
-    def pixels() -> ndarray:
-        return prefiltered.shrunk(light.pixels)
-
-    source = light.derived(("source",), lambda: prefiltered.digest(pixels()))
+    source = light.derived(("source",), lambda: prefiltered.digest(light.shrunk))
     finest, least = settings.Gloss.open_bands, settings.Gloss.least_rows
     opened = light.derived(
-        ("open", bands), lambda: kept(("open", source, bands, finest, least), lambda: prefiltered.open_light(pixels(), bands))
+        ("open", bands), lambda: kept(("open", source, bands, finest, least), lambda: prefiltered.open_light(light.shrunk, bands))
     )
     exponents = [lobe.exponent for lobe in material.lobes if isinstance(lobe, Phong)]
     if not exponents:
@@ -69,7 +66,7 @@ def _exact(light: Light, material: Material, bands: int, varying: bool) -> Exact
     made_of = "gloss", bands, *exponents, rows
 
     def gloss() -> ndarray:
-        return np.stack([prefiltered.prefilter(pixels(), bands, exponent, rows) for exponent in exponents])
+        return np.stack([prefiltered.prefilter(light.shrunk, bands, exponent, rows) for exponent in exponents])
 
     maps = light.derived(made_of, lambda: kept((source, *made_of), gloss))
     return ExactLight(light.rotation, light.turn(bands), opened, maps, varying, f"{source} {made_of}")

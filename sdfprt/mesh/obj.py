@@ -1,10 +1,11 @@
-"""Wavefront OBJ with its MTL files: polygons, indices from the end, colours of vertices, Kd, Ns, map_Kd and map_d."""
+"""Wavefront OBJ with its MTL files: polygons, indices from the end, colours of vertices, Kd, Ns, map_Kd, map_d, normal maps."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import UInt8
 from numpy import ndarray
 
 from sdfprt.core.errors import SdfprtError
@@ -83,18 +84,21 @@ def read(path: Path) -> Content:
         if material and material not in finishes:
             notes.append(f"{path.name}: material {material!r} is not in its library; grey stands in")
         finish, there = finishes.get(material, Finish()), len(distinct) > 0 and bool((distinct[:, 1] >= 0).all())
-        if finish.mask is not None and not there:
-            notes.append(f"{path.name}: {material!r} has no holes on {name or path.stem!r}, which has no coordinates for them")
-            finish = replace(finish, mask=None)
+        for field, what in (("mask", "holes"), ("normal_map", "normal map")):
+            if getattr(finish, field) is not None and not there:
+                notes.append(f"{path.name}: {material!r} has no {what} on {name or path.stem!r}, which has no coordinates for it")
+                finish = replace(finish, **{field: None})
+        wide_here = wide[distinct[:, 1]] if there else None
         parts.append(
             Part(
                 places[distinct[:, 0]],
                 faces.reshape(-1, 3),
                 directions[distinct[:, 2]] if len(distinct) and (distinct[:, 2] >= 0).all() else None,
-                wide[distinct[:, 1]] if there else None,
+                wide_here,
                 None if colours is None else colours[distinct[:, 0]],
                 finish,
                 name or path.stem,
+                wide_here if finish.normal_map is not None else None,
             )
         )
     return Content(parts, notes)
@@ -146,6 +150,16 @@ def _finish(path: Path, file: Path, name: str, values: dict[str, list[str]], not
 
     kd, ns = numbers("kd", 3), numbers("ns", 1)
 
+    def number(words: list[str]) -> float:
+        try:
+            found = float(words[0])
+            if not np.isfinite(found):
+                raise ValueError
+            return found
+        except (ValueError, IndexError):
+            notes.append(f"{file.name}: -bm of material {name!r} is no number; left out")
+            return 1.0
+
     def texels(key: str, kind: Callable[[Path, str], ndarray]) -> ndarray | None:
         if not (words := values.get(key)):
             return None
@@ -159,6 +173,23 @@ def _finish(path: Path, file: Path, name: str, values: dict[str, list[str]], not
             return None
 
     base, mask = texels("map_kd", picture), texels("map_d", shares)
+    key = next((each for each in ("norm", "map_bump", "bump") if values.get(each)), "")
+    relief, scale = texels(key, picture), 1.0
+    if relief is not None and key != "norm" and not _are_normals(relief):
+        notes.append(f"{path.name}: the bump map of material {name!r} is left out: it has heights of no unit; normals are read")
+        relief = None
+    if relief is not None and "-bm" in (words := values[key]):
+        scale = number(words[words.index("-bm") + 1 :][:1])
     albedo = None if kd is None else tuple(np.clip(kd, 0, 1).tolist())
     exponent = None if ns is None else min(max(ns[0], 0.0), 10_000.0)
-    return Finish(name, albedo, base, exponent, mask=None if mask is None or mask.min() >= 128 else mask)
+    return Finish(name, albedo, base, exponent, relief, scale, None if mask is None or mask.min() >= 128 else mask)
+
+
+def _are_normals(texels: UInt8[ndarray, "h w 3"]) -> bool:
+    """Whether a picture holds normals in tangent space, as most programs write them under the name of bump maps.
+
+    They are about as long as one, and point upwards.
+    """
+    found = texels.reshape(-1, 3) * (2 / 255) - 1
+    length = np.linalg.norm(found, axis=1)
+    return bool((np.abs(length - 1) < 0.15).mean() > 0.9 and (found[:, 2] > 0).mean() > 0.9)

@@ -190,3 +190,29 @@ def test_a_floor_of_two_triangles_shows_its_map_in_every_storage_and_back_end() 
     network = bake(made, preview=True)
     normals = {name: frame(made, network, light, Diffuse(), camera, (48, 48), backend=name).rgb for name in ("glsl", "warp")}
     assert np.median(np.abs(normals["glsl"] - normals["warp"])[seen.mask]) < 1e-3
+
+
+@pytest.mark.parametrize("line", ["norm map.png", "map_Bump -bm 0.5 map.png", "bump map.png", "map_bump -bm much map.png"])
+def test_obj_s_normal_maps_are_those_of_gltf(line: str, tmp_path: Path) -> None:
+    Image.fromarray(np.tile(texels(SLOPE), (4, 4, 1))).save(tmp_path / "map.png")
+    (tmp_path / "m.mtl").write_text(f"newmtl a\n{line}\n")
+    # A floor with u along x and v along -z
+    (tmp_path / "f.obj").write_text(
+        "mtllib m.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 1 0 -1\nv 0 0 -1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n"
+    )
+    made = load(tmp_path / "f.obj")
+    x, y, z = SLOPE * ((0.5, 0.5, 1) if "0.5" in line else (1, 1, 1))
+    exact = np.array([x, z, -y]) / np.linalg.norm([x, y, z])
+    found = made.front_normals(np.arange(2), np.full((2, 2), 1 / 3, np.float32))
+    np.testing.assert_allclose(found, np.tile(exact, (2, 1)), atol=0.006)  # of 8 bits
+    assert any("-bm" in note for note in made.notes) == ("much" in line)
+
+
+def test_obj_s_heights_and_maps_without_coordinates_are_left_out_and_said(tmp_path: Path) -> None:
+    Image.fromarray(np.random.default_rng(0).integers(0, 255, (8, 8), np.uint8)).save(tmp_path / "heights.png")
+    Image.fromarray(np.tile(texels(SLOPE), (4, 4, 1))).save(tmp_path / "map.png")
+    for line, said in {"map_Bump heights.png": "heights", "norm map.png": "no normal map on"}.items():
+        (tmp_path / "m.mtl").write_text(f"newmtl a\n{line}\n")
+        (tmp_path / "f.obj").write_text("mtllib m.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 1 0 -1\nf 1 2 3\n")
+        made = load(tmp_path / "f.obj")
+        assert made.relief is None and any(said in note for note in made.notes)

@@ -51,7 +51,7 @@ vec3 albedo_(vec3 p, vec3 n);
 """
 MAIN = """
 void main() {
-    vec3 o = viewOrigin(), d = viewRay();
+    vec3 o = viewOrigin(), d = viewRay(gl_FragCoord.xy);
     float t = 0.0, r = 1e30;
     for (int i = 0; i < marchSteps && r > hitDistance && t < 100.0; i++) {
         r = sdfprt_distance(o + d * t) * stepFactor;

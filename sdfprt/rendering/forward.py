@@ -46,7 +46,7 @@ def drawn(
     """
     behind = programs().fixed_program(BACKGROUND) if shot.background else None
     if behind is not None:
-        set_environment(behind.program, light)
+        set_environment(behind, light)
     pixels = np.empty((shot.size[1], shot.size[0], 4), np.float32)  # tiles fill all of it
     try:
         for tile in tiles(shot.size, shot.samples):

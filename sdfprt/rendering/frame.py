@@ -22,8 +22,8 @@ from sdfprt.mesh.scene import MeshScene
 from sdfprt.network.cells import AnyNet, CellNets
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering.mesh_surface import raster_tile
-from sdfprt.rendering.pieces import BACKGROUND, FREE, GRAIN, MEAN, sun_uniforms
-from sdfprt.rendering.programs import FullScreen, group_size, on_cpu, programs
+from sdfprt.rendering.pieces import BACKGROUND, GRAIN, MEAN, sun_uniforms
+from sdfprt.rendering.programs import group_size, on_cpu, programs, run_grid
 from sdfprt.rendering.targets import Target
 from sdfprt.rendering.uniforms import (
     bounced_uniforms,
@@ -34,7 +34,7 @@ from sdfprt.rendering.uniforms import (
     set_material,
     set_uniforms,
 )
-from sdfprt.rendering.units import SAMPLERS, Unit
+from sdfprt.rendering.units import Image, Unit
 from sdfprt.sdf.kinds import AnyScene
 from sdfprt.tables.texture import TextureTable
 from sdfprt.tables.vertex import VertexTable
@@ -89,9 +89,9 @@ def fill(pixels: Float[ndarray, "h w 4"], target: Target, tile: tuple[int, int, 
         means, program = programs().mean((width, height)), programs().fixed_program(MEAN)
         context().memory_barrier()
         target.radiance.use(Unit.POINT)
-        set_uniforms(program.program, samplesOfTile=Unit.POINT, across=samples)
-        means.buffer.use()
-        program.draw()
+        means.texture.bind_to_image(Image.MEAN, read=False, write=True)
+        set_uniforms(program, samplesOfTile=Unit.POINT, across=samples)
+        run_grid(program, (width, height))
         drawn = means.buffer
     part = pixels[y : y + height, x : x + width]
     if part.flags.c_contiguous:
@@ -120,11 +120,11 @@ def checked(pixels: Float[ndarray, "h w 4"], scene: AnyScene) -> Float[ndarray, 
     return pixels
 
 
-def draw_behind(background: FullScreen, target: Target, shot: Shot, tile: tuple[int, int, int, int]) -> None:
+def draw_behind(background: moderngl.ComputeShader, target: Target, shot: Shot, tile: tuple[int, int, int, int]) -> None:
     """The light behind everything, over one tile; for functions that are `in_render_thread`."""
-    target.light.use()
-    set_camera(background.program, shot.camera, (*tile[:2], *shot.fine))
-    background.draw()
+    target.radiance.bind_to_image(Image.RADIANCE, read=False, write=True)
+    set_camera(background, shot.camera, (*tile[:2], *shot.fine))
+    run_grid(background, target.size)
 
 
 @in_render_thread
@@ -132,31 +132,17 @@ def trace_tile(scene: AnyScene, camera: Camera, tile: tuple[int, int, int, int],
     """The first pass over one tile of a picture of `whole` samples."""
     if isinstance(scene, MeshScene):
         return raster_tile(scene, camera, tile, whole)
-    surface, free, target = programs().scene_program(scene), programs().fixed_program(FREE), programs().target(tile[2:])
-    for each in (surface, free):
-        set_uniforms(each.program, freeCones=SAMPLERS["freeCones"], grain=GRAIN)
+    surface, target = programs().scene_program(scene), programs().target(tile[2:])
     target.empty_list()
+    for unit, texture in enumerate(target.seen, Image.SEEN):
+        texture.bind_to_image(unit, read=False, write=True)
+    target.cones.bind_to_image(Image.CONES, read=True, write=True)
 
-    # Cones about tiles of samples
-    context().disable(moderngl.DEPTH_TEST)
-    set_uniforms(surface.program, coarse=True)
-    target.radiance.use(Unit.CONES)  # in place of what is drawn to
-    set_camera(surface.program, camera, (*tile[:2], *whole), GRAIN)
-    target.coarse.use()
-    surface.draw()
-
-    # Samples of those that met something
-    context().enable(moderngl.DEPTH_TEST)
-    context().depth_func = "<"
-    target.surface.clear(depth=1.0)
-    target.closed.use()
-    target.cones.use(Unit.CONES)
-    free.draw()
-    target.surface.use()
-    set_uniforms(surface.program, coarse=False)
-    set_camera(surface.program, camera, (*tile[:2], *whole))
-    surface.draw()
-    context().disable(moderngl.DEPTH_TEST)
+    # Cones about tiles of samples, then samples of those that met something
+    for coarse, grain, size in ((True, GRAIN, target.cones.size), (False, 1, target.size)):
+        set_uniforms(surface, coarse=coarse, grain=GRAIN)
+        set_camera(surface, camera, (*tile[:2], *whole), grain)
+        run_grid(surface, size)
     return target
 
 
@@ -174,20 +160,18 @@ def trace_suns(scene: AnyScene, suns: Suns, material: Material, camera: Camera, 
 
     # How far something may touch the cones of whole tiles
     coarse, fine = programs().sun_programs(scene)
-    set_uniforms(coarse.program, ("sunEnergy", "sunRough"), **values)
-    drawn.coarse.use()
-    context().viewport = (0, 0, drawn.tiles[0] * -(-len(suns) // 4), drawn.tiles[1])
-    coarse.draw()
+    set_uniforms(coarse, ("sunEnergy", "sunRough"), **values)
+    drawn.reach.bind_to_image(Image.SUN_TILES, read=False, write=True)
+    run_grid(coarse, (drawn.tiles[0] * -(-len(suns) // 4), drawn.tiles[1]))
 
     # Each sample's own cones as far as that; before them those of every GRAIN-th sample
-    context().memory_barrier()
     values |= {"eye": tuple(camera.eye), "lobeExponent": exponent, "hasExponent": scene.has_exponent}
     drawn.reach.use(Unit.SUN_TILES)
     drawn.corners.use(Unit.SUN_CORNERS)
-    drawn.corners.bind_to_image(0, read=False, write=True)
+    drawn.corners.bind_to_image(Image.SUNS, read=False, write=True)
     set_uniforms(fine, **values, coarse=True)
     _run(fine, -(-len(suns) // 4) * (drawn.tiles[0] + 1) * (drawn.tiles[1] + 1), group_size())
-    for unit, texture in enumerate(drawn.sums):
+    for unit, texture in enumerate(drawn.sums, Image.SUNS):
         texture.bind_to_image(unit, read=False, write=True)
     target.list.bind_to_storage_buffer(0)
     set_uniforms(fine, coarse=False)
@@ -262,13 +246,14 @@ def lit_tiles(
     if lit.environment is not None:
         set_environment(lighting, light)
     if behind is not None:
-        set_environment(behind.program, light)
+        set_environment(behind, light)
 
     # Trace, fill with what is behind, light what was hit
     try:
         for tile in tiles(shot.size, shot.samples):
             target = trace_tile(scene, shot.camera, tile, shot.fine)
-            target.light.clear()
+            if behind is None:
+                target.light.clear()
             if behind is not None or lit.environment is not None:
                 programs().environment(light).use(Unit.ENVIRONMENT)
             if behind is not None:
@@ -281,7 +266,7 @@ def lit_tiles(
                 programs().light_maps(lit.exact)
             for unit, texture in zip(units, textures, strict=True):
                 texture.use(unit)
-            target.radiance.bind_to_image(0, read=False, write=True)
+            target.radiance.bind_to_image(Image.RADIANCE, read=False, write=True)
             context().memory_barrier()
             _run(lighting, -(-seen_samples(target) // variant.points), variant.group)
             yield tile, target

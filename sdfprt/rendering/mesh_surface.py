@@ -14,7 +14,7 @@ from sdfprt.material.lobes import Diffuse, Material, Phong, Reflection, parts
 from sdfprt.mesh.parts import Colour
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.rendering.pieces import LIST, MESH_DEPTH, MESH_SURFACE
-from sdfprt.rendering.programs import programs
+from sdfprt.rendering.programs import programs, run_grid
 from sdfprt.rendering.targets import Target
 from sdfprt.rendering.uniforms import set_camera, set_uniforms
 from sdfprt.rendering.units import SAMPLERS, Unit
@@ -193,11 +193,10 @@ def raster_tile(scene: MeshScene, camera: Camera, tile: tuple[int, int, int, int
 
     # The list of hits
     target.empty_list()
-    target.closed.use()
     target.seen[0].use(Unit.POINT)
     listing = programs().fixed_program(LIST)
-    set_uniforms(listing.program, surfacePoint=SAMPLERS["surfacePoint"])
-    listing.draw()
+    set_uniforms(listing, surfacePoint=SAMPLERS["surfacePoint"])
+    run_grid(listing, target.size)
     return target
 
 

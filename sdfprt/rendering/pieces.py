@@ -26,21 +26,20 @@ from sdfprt.sdf.scene import NORMAL_STEP, Scene
 from sdfprt.tables.volume import LIFT, VolumeTable, cosine_product
 
 VERSION = "#version 430"
-SURFACE = ("camera", "trace", "normal", "surface")
+SURFACE = ("grid", "hits", "camera", "trace", "normal", "surface")
 LIGHT = ("network", "sh", "latlong", "reflection", "shade", "bounced", "light")
 VOLUME_LIGHT = ("volume", *LIGHT[1:])
 SUNLIGHT = ("trace", "suns", "sunlight")
-SUN_TILES = ("trace", "suntiles")
-FREE = ("free",)
-LIST = ("list",)
+SUN_TILES = ("grid", "trace", "suntiles")
+LIST = ("grid", "hits", "list")
 MESH_VERTEX = ("pinhole", "mesh_vertex")
 GOURAUD_VERTEX = ("pinhole", "sh", "latlong", "reflection", "shade", "gouraud_vertex")
 GOURAUD = ("sh", "latlong", "reflection", "shade", "gouraud")
 TEXTURED = ("relief", "sh", "latlong", "reflection", "shade", "textured")
 MESH_DEPTH = ("mesh_depth",)
 MESH_SURFACE = ("relief", "mesh_surface")
-BACKGROUND = ("camera", "latlong", "background")
-MEAN = ("mean",)
+BACKGROUND = ("grid", "camera", "latlong", "background")
+MEAN = ("grid", "mean")
 GRAIN = 4  # samples along a side that a cone of the coarse pass holds
 _TEXELS = 1024  # in a row of the texture of weights
 
@@ -138,20 +137,25 @@ def picture_uniforms(material: Material) -> dict[str, Any]:
     return {names[part]: value for part, value in parts(material).items()}
 
 
-def surface_fragment(scene: Scene) -> str:
-    """The first pass: what each sample sees."""
-    ours = "\n".join([VERSION, *flags(scene), join(SURFACE)])
+def scene_compute(scene: Scene, pieces: tuple[str, ...], shape: tuple[int, int]) -> str:
+    """A pass with the scene's text: SURFACE, SUN_TILES or SUNLIGHT, in groups of `shape` samples."""
+    sizes = [f"#define MOST_SUNS {settings.Suns.most}", *grid_sizes(shape)]
+    ours = "\n".join([VERSION, *flags(scene), *sizes, join(pieces)])
     return "\n".join([ours, renamed(ours, scene.shader_source), "#line 1", scene.shader_source])
 
 
-def sunlight_stage(scene: Scene, pieces: tuple[str, ...], group: int = 1) -> str:
-    """A pass of the light's discs: SUN_TILES, a fragment shader, then SUNLIGHT, a compute shader of so many invocations a group."""
-    ours = "\n".join([VERSION, f"#define MOST_SUNS {settings.Suns.most}", f"#define GROUP {group}", join(pieces)])
-    return "\n".join([ours, renamed(ours, scene.shader_source), "#line 1", scene.shader_source])
+def fixed_compute(pieces: tuple[str, ...], shape: tuple[int, int]) -> str:
+    """A pass without anything of the scene's or the network's: LIST, BACKGROUND or MEAN."""
+    return "\n".join([VERSION, *grid_sizes(shape), join(pieces)])
+
+
+def grid_sizes(shape: tuple[int, int]) -> list[str]:
+    """What grid.glsl asks for, of groups that are so wide and high."""
+    return [f"#define GROUP {shape[0] * shape[1]}", f"#define GROUP_WIDTH {shape[0]}"]
 
 
 def fixed_stage(pieces: tuple[str, ...], *options: str) -> str:
-    """A stage without anything of the scene's or the network's, such as FREE or MESH_VERTEX, with these options of its pieces."""
+    """A stage without anything of the scene's or the network's, such as MESH_VERTEX, with these options of its pieces."""
     return "\n".join([VERSION, *(f"#define {name}" for name in options), join(pieces)])
 
 

@@ -4,6 +4,7 @@ Weights, light, colours and camera change without compiling.
 """
 
 import functools
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -25,22 +26,20 @@ from sdfprt.rendering.pieces import (
     SUNLIGHT,
     SURFACE,
     TEXTURED,
-    VERSION,
     VOLUME_LIGHT,
     Variant,
     defines,
+    fixed_compute,
     fixed_stage,
     light_compute,
     light_pieces,
     lit_stage,
     lobes_of,
     network_uniforms,
-    piece,
     place,
+    scene_compute,
     scene_uniforms,
     shadow_uniforms,
-    sunlight_stage,
-    surface_fragment,
     volume_compute,
     volume_uniforms,
 )
@@ -66,27 +65,11 @@ PROGRAMS = 24  # kept at most, of each kind; and textures
 MESHES = 4  # whose buffers are kept at most
 
 
-class FullScreen:
-    """A program that runs on each fragment of what is drawn to, by one triangle."""
-
-    def __init__(self, program: moderngl.Program) -> None:
-        self.program = program
-        self.triangle = context().vertex_array(program, [])
-
-    def draw(self) -> None:
-        self.triangle.render(moderngl.TRIANGLES, vertices=3)
-
-    def release(self) -> None:
-        self.triangle.release()
-        self.program.release()
-
-
 class Programs:
     """Programs, textures and targets of one context."""
 
     def __init__(self) -> None:
-        self.full_screens: Kept[str, FullScreen] = Kept(PROGRAMS)  # by the last piece, or the scene's text
-        self.sunlights: Kept[str, moderngl.ComputeShader] = Kept(PROGRAMS)  # by the scene's text
+        self.passes: Kept[tuple[str, str], moderngl.ComputeShader] = Kept(PROGRAMS)  # by the last piece and the scene's text
         self.lightings: Kept[tuple, moderngl.ComputeShader] = Kept(PROGRAMS)
         self.targets: Kept[tuple[int, int], Target] = Kept(TARGET_SAMPLES, lambda size: size[0] * size[1])
         self.textures: Kept[str, Texture] = Kept(PROGRAMS)
@@ -99,29 +82,23 @@ class Programs:
         self.volumes: Kept[str, moderngl.Texture3D] = Kept(MESHES)
         self.lit: dict[str, int] = {}  # samples, by the network's digest
 
-    def scene_program(self, scene: Scene) -> FullScreen:
+    def scene_program(self, scene: Scene) -> moderngl.ComputeShader:
         """The program of the first pass, with what belongs to the scene set."""
-        made = self._full_screen(scene.shader_source, lambda: surface_fragment(scene), SURFACE, scene.file)
+        made = self._scene_pass(scene, SURFACE)
         samplers = scene_samplers(list(scene.texels))
         # A field may read none of its textures, and one that is a constant needs no taps
-        set_uniforms(made.program, (*samplers, "normalStep", "keepLoops"), keepLoops=1, **scene_uniforms(scene), **samplers)
+        set_uniforms(made, (*samplers, "normalStep", "keepLoops"), keepLoops=1, **scene_uniforms(scene), **samplers)
         for unit, texels in zip(samplers.values(), scene.texels.values(), strict=True):
             self.textures.get(texels.digest, lambda t=texels: scene_texture(context(), t)).use(unit)
         return made
 
-    def sun_programs(self, scene: Scene) -> tuple[FullScreen, moderngl.ComputeShader]:
+    def sun_programs(self, scene: Scene) -> tuple[moderngl.ComputeShader, moderngl.ComputeShader]:
         """The programs of the passes of the light's discs, of tiles and of samples, with what belongs to the scene set."""
-
-        def compiled() -> moderngl.ComputeShader:
-            with _placed(SUNLIGHT, scene.file):
-                return context().compute_shader(sunlight_stage(scene, SUNLIGHT, group_size()))
-
-        tiles = self._full_screen(f"tiles {scene.shader_source}", lambda: sunlight_stage(scene, SUN_TILES), SUN_TILES, scene.file)
-        samples = self.sunlights.get(scene.shader_source, compiled)
+        tiles, samples = self._scene_pass(scene, SUN_TILES), self._scene_pass(scene, SUNLIGHT)
         values = {**scene_uniforms(scene), **shadow_uniforms(scene), **scene_samplers(list(scene.texels)), "keepLoops": 1}
         names = ("surfacePoint", "surfaceDirection", "surfaceColour", "sunTiles", "sunCorners")
         values |= {name: SAMPLERS[name] for name in names}
-        for program in (tiles.program, samples):
+        for program in (tiles, samples):
             set_uniforms(program, values, **values)  # a piece of the march is left out
         return tiles, samples
 
@@ -153,9 +130,9 @@ class Programs:
         set_uniforms(program, ("surfaceColour", "sunDiffuse", "sunGlossy"), **values)  # by the material
         return program
 
-    def fixed_program(self, pieces: tuple[str, ...]) -> FullScreen:
-        """The program of a pass without anything of the scene's or the network's: FREE, BACKGROUND or MEAN."""
-        return self._full_screen(pieces[-1], lambda: fixed_stage(pieces), pieces, pieces[-1])
+    def fixed_program(self, pieces: tuple[str, ...]) -> moderngl.ComputeShader:
+        """The program of a pass without anything of the scene's or the network's: LIST, BACKGROUND or MEAN."""
+        return self._pass((pieces[-1], ""), lambda: fixed_compute(pieces, group_shape()), pieces, pieces[-1])
 
     def mesh_program(self, pieces: tuple[str, ...], *options: str) -> moderngl.Program:
         """The program of a pass over a mesh's triangles: MESH_DEPTH, with MASKED where it has holes, or MESH_SURFACE."""
@@ -229,12 +206,17 @@ class Programs:
     def target(self, size: tuple[int, int]) -> Target:
         return self.targets.get(size, lambda: Target(size))
 
-    def _full_screen(self, key: str, text: Callable[[], str], pieces: tuple[str, ...], file: str) -> FullScreen:
-        def compiled() -> FullScreen:
-            with _placed(pieces, file):
-                return FullScreen(context().program(vertex_shader=f"{VERSION}\n{piece('vertex')}", fragment_shader=text()))
+    def _scene_pass(self, scene: Scene, pieces: tuple[str, ...]) -> moderngl.ComputeShader:
+        """The program of a pass with the scene's text."""
+        key = (pieces[-1], scene.shader_source)
+        return self._pass(key, lambda: scene_compute(scene, pieces, group_shape()), pieces, scene.file)
 
-        return self.full_screens.get(key, compiled)
+    def _pass(self, key: tuple[str, str], text: Callable[[], str], pieces: tuple[str, ...], file: str) -> moderngl.ComputeShader:
+        def compiled() -> moderngl.ComputeShader:
+            with _placed(pieces, file):
+                return context().compute_shader(text())
+
+        return self.passes.get(key, compiled)
 
 
 @contextmanager
@@ -249,7 +231,19 @@ def _placed(pieces: tuple[str, ...], file: str) -> Iterator[None]:
 
 def group_size() -> int:
     """Invocations of a compute shader side by side: llvmpipe runs 8 together, a GPU two warps of 32."""
-    return 8 if on_cpu() else 64
+    return math.prod(group_shape())
+
+
+def group_shape() -> tuple[int, int]:
+    """The samples that a group of them covers: 4x2 lie in one cone, and each warp of 32 covers 8x4."""
+    return (4, 2) if on_cpu() else (8, 8)
+
+
+def run_grid(program: moderngl.ComputeShader, size: tuple[int, int]) -> None:
+    """Run a compute shader over a plane of this size, and have what it writes be seen."""
+    groups = [-(-n // of) for n, of in zip(size, group_shape(), strict=True)]
+    program.run(*groups)
+    context().memory_barrier()
 
 
 @functools.cache

@@ -65,7 +65,6 @@ class Target:
         self.seen = [gl.texture(size, 4, dtype="f4") for _ in range(3)]
         self.radiance = gl.texture(size, 4, dtype="f4")
         self.cones = gl.texture((-(-size[0] // GRAIN), -(-size[1] // GRAIN)), 1, dtype="f4")
-        self.coarse = gl.framebuffer([self.cones])
         self.depth = gl.depth_renderbuffer(size)
         self.surface = gl.framebuffer(self.seen, self.depth)
         self.closed = gl.framebuffer(depth_attachment=self.depth)
@@ -93,7 +92,6 @@ class Target:
         if (interop := sys.modules.get("sdfprt.core.interop")) is not None:  # loads torch; not there, nothing is mapped
             interop.forget(self.seen)
         for thing in (
-            self.coarse,
             self.surface,
             self.closed,
             self.light,
@@ -118,18 +116,17 @@ class Sunlight:
         gl = context()
         self.tiles = -(-size[0] // GRAIN), -(-size[1] // GRAIN)
         self.reach = gl.texture((self.tiles[0] * -(-settings.Suns.most // 4), self.tiles[1]), 4, dtype="f4")
-        self.coarse = gl.framebuffer([self.reach])
         self.corners = gl.texture(((self.tiles[0] + 1) * -(-settings.Suns.most // 4), self.tiles[1] + 1), 4, dtype="f4")
         self.sums = [gl.texture(size, 4, dtype="f4") for _ in range(2)]
 
     def release(self) -> None:
         """All but the sums, which may be mapped."""
-        for thing in (self.coarse, self.reach, self.corners):
+        for thing in (self.reach, self.corners):
             thing.release()
 
 
 class Means:
-    """What the means of a tile's samples are drawn to."""
+    """What the means of a tile's samples are written to, and read from."""
 
     def __init__(self, size: tuple[int, int]) -> None:
         self.texture = context().texture(size, 4, dtype="f4")

@@ -1,4 +1,4 @@
-"""Texture units: which sampler of the shaders reads where, in the renderer, the page and the window alike."""
+"""Texture units: which sampler of the shaders reads where, in the renderer, the page and the window alike; and units of images."""
 
 from enum import IntEnum
 
@@ -17,11 +17,21 @@ class Unit(IntEnum):
     SUN_DIFFUSE = 5  # what the discs of the light give, by rays
     SUN_GLOSSY = 6
     SUN_CORNERS = 6  # what every so many samples see of them, of the pass before
-    CONES = 7  # how far the coarse pass was free
-    SUN_TILES = 7  # how far something may touch the cones of a tile to the discs of the light, after it
+    SUN_TILES = 7  # how far something may touch the cones of a tile to the discs of the light
     GLOSS = 8  # the light with the lobe, prefiltered
     OPEN_LIGHT = 9
     SCENE = 10
+
+
+class Image(IntEnum):
+    """A unit of images that compute shaders write: the `binding` in their text. Each pass binds its own."""
+
+    SEEN = 0  # surface.glsl: point, normal and colour
+    CONES = 3
+    RADIANCE = 0  # light.glsl, background.glsl
+    SUNS = 0  # sunlight.glsl: two sums, or shares at corners
+    SUN_TILES = 0  # suntiles.glsl
+    MEAN = 0  # mean.glsl
 
 
 SAMPLERS = {
@@ -35,7 +45,6 @@ SAMPLERS = {
     "normalMap": Unit.RELIEF,
     "transferTextures": Unit.TRANSFER,
     "volumeTexture": Unit.TRANSFER,
-    "freeCones": Unit.CONES,
     "sunTiles": Unit.SUN_TILES,
     "sunCorners": Unit.SUN_CORNERS,
     "sunDiffuse": Unit.SUN_DIFFUSE,

@@ -1,6 +1,6 @@
 // One pass for browsers: trace, network, light and what is behind; then exposure, tone curve and sRGB as sdfprt/imaging/tone.py has them.
 vec3 viewOrigin();
-vec3 viewRay();
+vec3 viewRay(vec2 at);
 float footprint();
 float march(vec3 o, vec3 d, float width, float begin, float cone);
 vec3 surfaceNormal(vec3 p);
@@ -27,7 +27,7 @@ uniform mat3 toMap;             // world to map
 void weightedBasis(vec3 d, float weights[RESULT_BANDS], out float y[4 * RESULTS]);
 uniform vec3 skyCoefficients[LIGHT_COUNT];
 #endif
-vec4 viewport;                  // camera.glsl's: not a uniform here but a sample's place
+vec4 viewport;                  // camera.glsl's: not a uniform here but the canvas in samples
 uniform vec3 baseColour;
 uniform float baseExponent;
 uniform float exposure;
@@ -60,9 +60,9 @@ vec3 behind(vec3 d) {
 #endif
 }
 
-// Radiance along the ray through this fragment.
-vec3 seenRadiance() {
-    vec3 o = viewOrigin(), d = viewRay();
+// Radiance along the ray through `place`, in samples.
+vec3 seenRadiance(vec2 place) {
+    vec3 o = viewOrigin(), d = viewRay(place);
     float t = march(o, d, footprint(), 0.0, 0.0);
     if (t < 0.0) return behind(d);
     vec3 p[POINTS], n[POINTS];
@@ -108,12 +108,9 @@ vec3 encoded(vec3 radiance) {
 
 // The pixel whose centre is `at`, of a picture of `size` pixels.
 vec3 pixel(vec2 at, vec2 size) {
+    viewport = vec4(vec2(0.0), size * float(samples));
     vec3 sum = vec3(0.0);
-    for (int k = 0; k < samples * samples * keepLoops; k++) {
-        // viewRay adds gl_FragCoord: the place of sample k in the finer grid less that
-        vec2 place = floor(at) * float(samples) + vec2(float(k % samples), float(k / samples)) + 0.5;
-        viewport = vec4(place - gl_FragCoord.xy, size * float(samples));
-        sum += seenRadiance();
-    }
+    for (int k = 0; k < samples * samples * keepLoops; k++)
+        sum += seenRadiance(floor(at) * float(samples) + vec2(float(k % samples), float(k / samples)) + 0.5);
     return encoded(sum / float(samples * samples));
 }

@@ -1,5 +1,6 @@
-// The coarse pass of the light's discs, a fragment for a tile of samples and four discs: how far from the tile's surface something may
-// touch the cones from its points to a disc, or -1 where all of them are dark. Discs 4 to 7 lie right of discs 0 to 3, and so on.
+// The coarse pass of the light's discs, an invocation for a tile of samples and four discs: how far from the tile's surface something
+// may touch the cones from its points to a disc, or -1 where all of them are dark. Discs 4 to 7 lie right of discs 0 to 3, and so on.
+ivec2 gridPlace();
 float sdfprt_distance(vec3 p);
 vec2 clipToBounds(vec3 o, vec3 d, float grown);
 float coneAtBounds(vec3 o, float cone);
@@ -14,14 +15,15 @@ uniform sampler2D surfaceDirection;
 uniform int grain;   // samples a tile along a side
 uniform int across;  // tiles in a row
 uniform int keepLoops; // 1, see network.glsl
-layout(location = 0) out vec4 reach;
+layout(rgba32f, binding = 0) writeonly uniform image2D sunReaches;
 
 const int TILE_STEPS = 24;      // at most; what is not free after them counts as touched
 const float TILE_TOUCHED = 1.1; // balls less than this many radii of the cone do not carry on
 
-void main() {
+// Of four discs, for the place `at`.
+vec4 reaches(ivec2 at) {
     // A ball about the tile's points, and a cone about their normals
-    ivec2 at = ivec2(gl_FragCoord.xy), first = grain * ivec2(at.x % across, at.y), size = textureSize(surfacePoint, 0);
+    ivec2 first = grain * ivec2(at.x % across, at.y), size = textureSize(surfacePoint, 0);
     vec3 low = vec3(1e30), high = vec3(-1e30), mean = vec3(0.0);
     for (int k = 0; k < grain * grain; k++) {
         ivec2 texel = first + ivec2(k % grain, k / grain);
@@ -32,8 +34,8 @@ void main() {
         high = max(high, seen.xyz);
         mean += texelFetch(surfaceDirection, texel, 0).xyz;
     }
-    reach = vec4(0.0);
-    if (low.x > high.x) return;
+    vec4 reach = vec4(0.0);
+    if (low.x > high.x) return reach;
     mean = normalize(mean + vec3(0.0, 1e-20, 0.0));
     float least = 1.0;
     for (int k = 0; k < grain * grain; k++) {
@@ -68,4 +70,10 @@ void main() {
         }
         reach[k - begin] = touched < 0.0 ? -1.0 : touched <= 0.0 && t > 0.0 ? t + ball : touched > 0.0 ? touched + ball : 0.0;
     }
+    return reach;
+}
+
+void main() {
+    ivec2 at = gridPlace();
+    if (all(lessThan(at, imageSize(sunReaches)))) imageStore(sunReaches, at, reaches(at));
 }

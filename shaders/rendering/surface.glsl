@@ -1,10 +1,12 @@
 // First pass: what each sample sees, and a list of the samples that hit for the second pass. Before it, with `coarse`, how far
 // the cones about tiles of samples are free.
+ivec2 gridPlace();
 vec3 viewOrigin();
-vec3 viewRay();
+vec3 viewRay(vec2 at);
 float footprint();
 float march(vec3 o, vec3 d, float width, float begin, float cone);
 vec3 surfaceNormal(vec3 p);
+void listHit(bool hit, ivec2 at);
 #ifdef HAS_ALBEDO
 vec3 albedo(vec3 p, vec3 n);
 #endif
@@ -12,35 +14,37 @@ vec3 albedo(vec3 p, vec3 n);
 float exponent(vec3 p, vec3 n);
 #endif
 uniform bool coarse;
-uniform sampler2D freeCones;  // of the coarse pass
-uniform int grain;            // samples a texel along a side
-layout(early_fragment_tests) in;
-layout(std430, binding = 0) buffer SeenSamples {
-    uint seenCount;
-    uint seen[];  // y << 16 | x
-};
-layout(location = 0) out vec4 surfacePoint;     // w: 1
-layout(location = 1) out vec4 surfaceDirection; // the normal
-layout(location = 2) out vec4 surfaceColour;    // albedo and exponent where the scene gives them
+uniform int grain;  // samples along a side that a cone holds
+layout(rgba32f, binding = 0) writeonly uniform image2D surfacePoint;      // w: 1 where a sample hit, 0 elsewhere
+layout(rgba32f, binding = 1) writeonly uniform image2D surfaceDirection;  // the normal; only where a sample hit, as the colour
+layout(rgba32f, binding = 2) writeonly uniform image2D surfaceColour;     // albedo and exponent where the scene gives them
+layout(r32f, binding = 3) uniform image2D freeCones;                      // -1 where nothing is met
 
 void main() {
-    vec3 o = viewOrigin(), d = viewRay();
-    float begin = coarse ? 0.0 : texelFetch(freeCones, ivec2(gl_FragCoord.xy) / grain, 0).x;
-    float t = march(o, d, footprint(), begin, coarse ? 0.75 * footprint() : 0.0);
+    ivec2 at = gridPlace();
+    bool inside = all(lessThan(at, coarse ? imageSize(freeCones) : imageSize(surfacePoint)));
+    float begin = !inside ? -1.0 : coarse ? 0.0 : imageLoad(freeCones, at / grain).x, t = -1.0;
+    vec3 o = viewOrigin(), d = viewRay(vec2(at) + 0.5);
+    if (begin >= 0.0) t = march(o, d, footprint(), begin, coarse ? 0.75 * footprint() : 0.0);
     if (coarse) {
-        surfacePoint = vec4(t);  // the others are not there
+        if (inside) imageStore(freeCones, at, vec4(t));
         return;
     }
-    if (t < 0.0) discard;
-    vec3 p = o + d * t, n = surfaceNormal(p);
-    seen[atomicAdd(seenCount, 1u)] = uint(gl_FragCoord.y) << 16 | uint(gl_FragCoord.x);
-    surfacePoint = vec4(p, 1.0);
-    surfaceDirection = vec4(n, 0.0);
-    surfaceColour = vec4(0.0);
+    bool hit = t >= 0.0;
+    if (hit) {
+        vec3 p = o + d * t, n = surfaceNormal(p);
+        vec4 colour = vec4(0.0);
 #ifdef HAS_ALBEDO
-    surfaceColour.rgb = albedo(p, n);
+        colour.rgb = albedo(p, n);
 #endif
 #ifdef HAS_EXPONENT
-    surfaceColour.a = exponent(p, n);
+        colour.a = exponent(p, n);
 #endif
+        imageStore(surfacePoint, at, vec4(p, 1.0));
+        imageStore(surfaceDirection, at, vec4(n, 0.0));
+        imageStore(surfaceColour, at, colour);
+    } else if (inside) {
+        imageStore(surfacePoint, at, vec4(0.0));
+    }
+    listHit(hit, at);
 }

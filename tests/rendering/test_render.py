@@ -107,7 +107,7 @@ def test_turning_light_camera_and_colours_compiles_nothing():
 
     def tables() -> list:
         made = programs.programs()
-        return [list(table.things.items()) for table in (made.full_screens, made.lightings)]
+        return [list(table.things.items()) for table in (made.passes, made.lightings)]
 
     frame(SCENE, NET, LIGHT, DiffusePhong(), size=(8, 8), background=True)
     before = tables()
@@ -159,6 +159,25 @@ def test_a_ray_that_enters_inside_the_solid_hits_the_cut_face():
     camera = Camera(eye=(0.0, 0.0, 4.0), target=(0.0, 0.0, 0.0), fov=20.0)
     points = _points(scene, camera, (8, 8))
     np.testing.assert_allclose(points[..., 2], 1.0, rtol=0, atol=1e-5)
+
+
+@pytest.mark.parametrize("shape", [(8, 8), (32, 1)])
+def test_groups_of_any_shape_see_the_same_and_list_each_hit_once(monkeypatch, shape):
+    size = (37, 21)  # no multiple of a group or of a cone
+    plain = _points(SCENE, SCENE.camera, size)
+    monkeypatch.setattr(renderer, "programs", functools.cache(programs.Programs))
+    monkeypatch.setattr(programs, "group_shape", lambda: shape)
+
+    @opengl.in_render_thread
+    def listed() -> tuple[np.ndarray, np.ndarray]:
+        target = renderer.trace_tile(SCENE, SCENE.camera, (0, 0, *size), size)
+        count, *hits = np.frombuffer(target.list.read(), np.uint32).tolist()
+        return opengl.read(target.seen[0]), np.array(hits[:count])
+
+    points, hits = listed()
+    np.testing.assert_array_equal(points, plain)
+    y, x = np.nonzero(plain[..., 3])
+    np.testing.assert_array_equal(np.sort(hits), y << 16 | x)
 
 
 def test_hits_lie_on_the_surface_to_the_stated_tolerance():

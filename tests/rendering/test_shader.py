@@ -42,14 +42,15 @@ PIECES = sorted(folder("shaders").glob("*/*.glsl"))
 
 @pytest.mark.parametrize("path", PIECES, ids=lambda p: p.stem)
 def test_each_piece_compiles_alone(path, tmp_path):
-    stage = "vert" if path.stem.endswith("vertex") else "comp" if path.stem in ("light", "sunlight") else "frag"
+    computes = re.search(r"gl_LocalInvocationID|gl_WorkGroupID|image2D", path.read_text())
+    stage = "vert" if path.stem.endswith("vertex") else "comp" if computes else "frag"
     if path.stem == "volume":
         sizes = pieces.volume_defines(nets.random_volume(), Variant(7))
     else:
         sizes = pieces.defines(nets.random_cells() if path.stem == "cells" else nets.random_net(), Variant(7))
     for extra in ("", "#define HAS_ALBEDO\n#define HAS_EXPONENT\n"):
         source = tmp_path / f"piece.{stage}"
-        source.write_text(f"#version 430\n{extra}{sizes}\n{path.read_text()}")
+        source.write_text(f"#version 430\n{extra}{sizes}\n#define GROUP_WIDTH 4\n{path.read_text()}")
         program, environment = _glslang()
         done = subprocess.run([program, str(source)], capture_output=True, text=True, env=environment)
         assert done.returncode == 0, done.stdout

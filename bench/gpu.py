@@ -442,9 +442,7 @@ def _by_cudas_clock(run: Callable[[], Any]) -> float:
     torch = importlib.import_module("torch")
     if not torch.cuda.is_available():
         return _many(run)
-    for _ in range(3):
-        run()
-    torch.cuda.synchronize()
+    from sdfprt.core import cards
 
     def timed(turns: int) -> list[float]:
         marks = [torch.cuda.Event(enable_timing=True) for _ in range(turns + 1)]
@@ -455,7 +453,9 @@ def _by_cudas_clock(run: Callable[[], Any]) -> float:
         torch.cuda.synchronize()
         return [a.elapsed_time(b) / 1e3 for a, b in itertools.pairwise(marks)]
 
-    return float(np.median(timed(_turns(min(timed(3))))))
+    with torch.cuda.device(cards.torch_device()):
+        timed(3)  # warms up
+        return float(np.median(timed(_turns(min(timed(3))))))
 
 
 def frames(_part: str, _out: Path) -> Iterator[bench.Row]:

@@ -18,7 +18,7 @@ from jaxtyping import Float
 from numpy import ndarray
 from torch import Tensor
 
-from sdfprt.core import cards, interop, kernels
+from sdfprt.core import cards, cuda, interop, kernels
 from sdfprt.core.errors import SdfprtError, SdfprtWarning
 from sdfprt.core.opengl import in_render_thread
 from sdfprt.imaging.camera import Camera
@@ -84,11 +84,22 @@ def frames() -> Frames:
 def covers(net: Any, scene: AnyScene, shot: Shot, surface: str) -> TypeGuard[TransferNet]:
     """Whether a picture is drawn so: on CUDA, of one network, seen by what fills planes there; else the back end's own way."""
     fits = shot.fine[0] * shot.fine[1] <= frames().most
-    if not (cards.torch_device() != "cpu" and isinstance(net, TransferNet) and fits):
+    if not (cards.torch_device() != "cpu" and isinstance(net, TransferNet) and fits and _has_compiler()):
         return False
     if surface == "warp":
         return isinstance(scene, Scene) and kernels.device().startswith("cuda")
     return isinstance(interop.planes(), interop.CudaPlanes)
+
+
+@functools.cache
+def _has_compiler() -> bool:
+    """Whether CUDA text can be compiled here; said once where not."""
+    try:
+        cuda.bindings()
+    except SdfprtError as error:
+        warnings.warn(f"{error}; pictures are made by more and slower steps without", SdfprtWarning, stacklevel=2)
+        return False
+    return True
 
 
 class CapturedFrame:

@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from sdfprt import Light, Scene
-from sdfprt.core.errors import SdfprtWarning
+from sdfprt.core.errors import SdfprtError, SdfprtWarning
 from sdfprt.imaging import metrics
 from sdfprt.imaging.camera import Camera
 from sdfprt.imaging.shot import Frame, compose
@@ -116,3 +116,21 @@ def test_a_picture_that_a_card_cannot_hold_is_drawn_tile_by_tile_which_is_said(m
     monkeypatch.undo()
     for picture in drawn:
         np.testing.assert_array_equal(picture, torch_backend.draw(scene, net, light, shot, "torch").rgb)
+
+
+def test_a_card_without_cudas_compiler_is_used_by_the_back_ends_own_way(monkeypatch: pytest.MonkeyPatch):
+    def missing() -> None:
+        raise SdfprtError("CUDA: cuda-bindings is missing (No module named 'cuda'); torch's CUDA builds bring it since 2.10")
+
+    monkeypatch.setattr(captured.cards, "torch_device", lambda: "cuda")
+    monkeypatch.setattr(captured.kernels, "device", lambda: "cuda")
+    monkeypatch.setattr(captured.cuda, "bindings", missing)
+    captured._has_compiler.cache_clear()
+    shot = compose(nets.scene(), parse("diffuse"), size=(24, 16))
+    with pytest.warns(SdfprtWarning, match="cuda-bindings is missing .*slower steps") as said:
+        assert not any(captured.covers(nets.random_net(), nets.scene(), shot, "warp") for _ in range(2))
+    assert len(said) == 1
+    monkeypatch.setattr(captured.cuda, "bindings", lambda: None)
+    captured._has_compiler.cache_clear()
+    assert captured.covers(nets.random_net(), nets.scene(), shot, "warp")
+    captured._has_compiler.cache_clear()

@@ -4,34 +4,53 @@ Errors are of half weights and activations, each off by 2^-12 of itself: of a co
 root mean square. A column out of order is an error of some 0.3.
 """
 
-from dataclasses import replace
+import sys
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 import torch
 from nets import bounced_net, random_net
 
-from sdfprt.core import kernels
-from sdfprt.core.errors import SdfprtWarning
+from sdfprt.core import cuda, kernels
+from sdfprt.core.errors import SdfprtError, SdfprtWarning
 from sdfprt.material.colours import Bounces
 from sdfprt.network import fused, products
-from sdfprt.network.fused import Size
+from sdfprt.network.fused import Shape, Size
 from sdfprt.network.mlp import SLOPE, TransferNet, encode
 from sdfprt.rendering import torch_backend
 
 WORST, TYPICAL = 2.0**-8, 2.0**-11
 
 
+@dataclass(frozen=True)
+class OnCpu(cuda.Kernel):
+    """The kernel's text as a CPU runs it, in place of one on a card; `function` is Warp's kernel, a block has one warp."""
+
+    row_tiles: int = 2
+
+    def launch(self, blocks, arguments):
+        arrays, numbers = arguments[: len(STARTS)], arguments[len(STARTS) :]
+        wp = kernels.warp()
+        kinds = [int if kind == kernels.WHOLES else float for kind in STARTS]
+        given = [wp.array(ptr=v.data_ptr(), dtype=kind, shape=1, device="cpu") for v, kind in zip(arrays, kinds, strict=True)]
+        assert blocks * 16 * self.row_tiles >= numbers[-2]
+        kernels.launch(self.function, blocks, [*given, *numbers])
+
+
+STARTS = [kind for kind in fused.ARGUMENTS.values() if kind is not int]
+
+
 def on_cpu(net: TransferNet, points, normals, masked: bool = False, row_tiles: int = 2, fill: float = np.nan):
-    """What the kernel writes to rows that hold `fill`; points and normals with as many columns as their rows are apart."""
+    """What `fused.run` writes to rows that hold `fill`; points and normals have as many columns as their rows are apart."""
     text = fused.definitions(Size.of(net), row_tiles)
-    kernel = kernels.build(text, fused.PIECES, fused.ARGUMENTS)
-    out = kernels.array(np.full((len(points), len(net.scale)), fill))
-    arrays = [kernels.array(fused.words_of(net), int), kernels.array(fused.numbers_of(net))]
-    arrays += [kernels.array(points), kernels.array(normals), out]
-    strides = points.shape[1], normals.shape[1]
-    kernels.launch(kernel, -(-len(points) // (16 * row_tiles)), [*arrays, *strides, len(points), int(masked)])
-    return out.numpy().reshape(len(points), -1)
+    kernel = OnCpu(kernels.build(text, fused.PIECES, fused.ARGUMENTS), None, 0, 32, 1 << 20, row_tiles)
+    words, numbers = torch.from_numpy(fused.words_of(net)), torch.from_numpy(fused.numbers_of(net))
+    packed = fused.Packed(words, numbers, kernel, Shape(row_tiles, 1, 1), len(net.scale))
+    out = torch.full((len(points), packed.outputs), fill)
+    p, n = torch.from_numpy(points), torch.from_numpy(normals)
+    fused.run(packed, p, p.stride(0), n, n.stride(0), out, len(p), masked)
+    return out.numpy()
 
 
 def surface(count: int, columns: int = 4):
@@ -91,7 +110,7 @@ def test_a_network_of_all_transfer_has_no_sky_added():
     agrees(net, on_cpu(net, points, normals), points, normals)
 
 
-@pytest.mark.parametrize("columns", [4, 8])
+@pytest.mark.parametrize("columns", [4, 5, 8])
 @pytest.mark.parametrize("bands", [3, 4])
 def test_rows_that_do_not_count_stay_as_they_are(columns, bands):
     net, (points, normals) = placed(random_net(bands=bands)), surface(203, columns)
@@ -118,9 +137,44 @@ def test_activations_are_halves_and_sums_are_not():
     assert np.sqrt((((on_cpu(net, points, normals) - expected) / net.scale) ** 2).mean()) < TYPICAL / 4
 
 
-def test_what_the_kernel_is_not_for_is_left_to_products():
+def test_rows_that_do_not_lie_in_fours_are_copied_to_such():
+    net, (points, normals) = placed(random_net()), surface(50, 3)
+    agrees(net, on_cpu(net, points, normals), points, normals)
+
+
+def test_arrays_beyond_32_bits_are_run_in_parts(monkeypatch):
+    net, (points, normals) = placed(random_net()), surface(150)
+    monkeypatch.setattr(fused, "_INDICES", 1000)  # of 16 outputs: 60 rows a part
+    agrees(net, on_cpu(net, points, normals), points, normals)
+
+
+def test_results_of_another_shape_are_refused():
+    net, (points, normals) = random_net(), (torch.zeros(8, 4), torch.zeros(8, 4))
+    packed = fused.Packed(torch.zeros(1), torch.zeros(1), OnCpu(None, None, 0, 32, 1), Shape(2, 1, 1), len(net.scale))
+    for out in (torch.zeros(8, 15), torch.zeros(7, 16), torch.zeros(8, 32)[:, :16], torch.zeros(8, 16, dtype=torch.float64)):
+        with pytest.raises(SdfprtError, match="8 float32 rows of 16"):
+            fused.run(packed, points, 4, normals, 4, out, 8)
+
+
+def test_what_the_kernel_is_not_for_is_left_to_products(monkeypatch, recwarn):
     assert fused.fits(random_net(256)) and not fused.fits(random_net(257))
     assert fused.packed(random_net(), torch.device("cpu")) is None
+    monkeypatch.setattr(torch.cuda, "get_device_capability", lambda index: (7, 5))
+    assert fused.packed(random_net(), torch.device("cuda", 0)) is None
+    assert not recwarn
+
+
+def test_a_machine_without_cuda_bindings_says_so_once(monkeypatch):
+    monkeypatch.setattr(torch.cuda, "get_device_capability", lambda index: (9, 0))
+    monkeypatch.setattr(torch.cuda, "init", lambda: None)
+    monkeypatch.setitem(sys.modules, "cuda.bindings", None)
+    for kept in (cuda.bindings, cuda.kernel, fused._say):
+        kept.cache_clear()
+    with pytest.warns(SdfprtWarning, match=r"^CUDA: cuda-bindings is missing .* matrix products, which takes longer$") as said:
+        assert fused.packed(random_net(), torch.device("cuda", 0)) is None
+        assert fused.packed(random_net(32), torch.device("cuda", 0)) is None
+    assert len(said) == 1
+    cuda.bindings.cache_clear()
 
 
 def test_batches_shrink_where_memory_is_short_and_that_is_said_once(monkeypatch, recwarn):

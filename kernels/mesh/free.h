@@ -1,11 +1,5 @@
 // Whether each ray meets nothing, a packet an item: 1 or 0.
 {
-    const int at = item * SDFPRT_LANES;
-    Tree tree(handles.data);
-    Tree::Ray ray;
-    F v[6];
-    for (int k = 0; k < 6; k++) v[k] = Simd::fill(rows.data + k * total + at);
-    tree.start(ray, v[0], v[1], v[2], v[3], v[4], v[5], 0.0f);
     const M open = tree.free(ray, Simd::ones());
     Simd::spill(out.data + at, Simd::sel(open, Simd::splat(1.0f), Simd::splat(0.0f)));
 }

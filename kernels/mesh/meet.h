@@ -1,12 +1,6 @@
 // What each ray meets first, a packet an item: triangle (bits of a whole number, -1 for none), weights of its second and third
 // corner, distance, and 1 where the ray meets the front, a column each of `total`.
 {
-    const int at = item * SDFPRT_LANES;
-    Tree tree(handles.data);
-    Tree::Ray ray;
-    F v[6];
-    for (int k = 0; k < 6; k++) v[k] = Simd::fill(rows.data + k * total + at);
-    tree.start(ray, v[0], v[1], v[2], v[3], v[4], v[5], 0.0f);
     const M met = tree.meet(ray, Simd::ones());
     const F along = ray.normal_x * v[3] + ray.normal_y * v[4] + ray.normal_z * v[5];
     Simd::spill(out.data + at, Simd::sel(met, Simd::as_F(Simd::as_I(ray.triangle)), Simd::as_F(Simd::splat(-1))));

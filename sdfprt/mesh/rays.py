@@ -104,7 +104,7 @@ def _cast(scene: MeshScene, origins: ndarray, directions: ndarray, piece: str, c
     out = kernels.zeros(columns * padded)
     flat = kernels.FLOATS
     arguments = {"rows": flat, "out": flat, "handles": kernels.WHOLES, "total": int}
-    kernel = kernels.build(preamble(scene), ("mesh/tree.h", piece), arguments)
+    kernel = kernels.build(preamble(scene), ("mesh/tree.h", "mesh/ray.h", piece), arguments)
     there = handles(scene, kernels.lanes())
     kernels.launch(kernel, padded // kernels.lanes(), [kernels.array(rows), out, there, padded])
     return out.numpy()

@@ -70,12 +70,9 @@ class BounceTable(_Strict):
     sent: list[Annotated[float, Field(ge=0, le=1e6)]] = []
 
 
-class Header(_Strict):
-    """The JSON in a file's header; `center` and `extent` in scene units map the scene into [-1, 1]^3."""
+class _Common(_Strict):
+    """What one network's header and that of networks in cells both have."""
 
-    format: Literal["sdfprt-transfer-1", "sdfprt-transfer-2"]
-    center: tuple[Coordinate, Coordinate, Coordinate]
-    extent: Length
     position_frequencies: Octaves
     normal_frequencies: Octaves
     bands: Annotated[int, Field(ge=BANDS[0], le=BANDS[1])]
@@ -83,6 +80,14 @@ class Header(_Strict):
     bounces: BounceTable | None = None
     scene_hash: str = ""
     checksum: str = ""  # of the tensors; files of earlier versions have none
+
+
+class Header(_Common):
+    """The JSON in a file's header; `center` and `extent` in scene units map the scene into [-1, 1]^3."""
+
+    format: Literal["sdfprt-transfer-1", "sdfprt-transfer-2"]
+    center: tuple[Coordinate, Coordinate, Coordinate]
+    extent: Length
 
     @property
     def inputs(self) -> int:
@@ -101,20 +106,13 @@ class Header(_Strict):
         return self.bands**2 * (1 + (self.known_bounces.transfers if self.known_bounces else 0))
 
 
-class CellsHeader(_Strict):
+class CellsHeader(_Common):
     """The same of networks in cells: `low` and `side` in scene units place them, `band` is half of a blend's width, of a side."""
 
     format: Literal["sdfprt-cells-1", "sdfprt-cells-2"]
     low: tuple[Coordinate, Coordinate, Coordinate]
     side: tuple[Length, Length, Length]
     band: Annotated[float, Field(ge=1e-6, le=0.5)]
-    position_frequencies: Octaves
-    normal_frequencies: Octaves
-    bands: Annotated[int, Field(ge=BANDS[0], le=BANDS[1])]
-    info: Info = Info()
-    bounces: BounceTable | None = None
-    scene_hash: str = ""
-    checksum: str = ""
 
 
 _Model = TypeVar("_Model", bound=BaseModel)

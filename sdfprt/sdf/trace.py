@@ -27,11 +27,11 @@ def box_array(scene: Scene) -> Any:
 
 
 def kernel(scene: Scene, piece: str) -> Any:
-    """Runs trace.h and `piece` over rays, padded to whole packets; its arguments end with `limits`."""
+    """Runs trace.h, ray.h and `piece` over rays, padded to whole packets; its arguments end with `limits`."""
     flat = kernels.FLOATS
     return kernels.build(
         scene.native,
-        ("sdf/trace.h", piece),
+        ("sdf/trace.h", "sdf/ray.h", piece),
         {
             "origins": flat, "directions": flat, "out": flat, "box": flat,
             "near": float, "step": float, "relaxation": float, "steps": int,

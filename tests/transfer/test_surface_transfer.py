@@ -149,7 +149,7 @@ def test_transfer_kernels_compile_for_cuda(scene: Scene, tmp_path, monkeypatch):
     monkeypatch.setattr(kernels, "device", lambda: "cuda")
     flat = wp.array(dtype=float)
     arguments = dict.fromkeys(("origins", "directions", "out", "box"), flat) | dict.fromkeys(("near", "step", "relaxation"), float)
-    visible = kernels.build(scene.native, ("sdf/trace.h", "sdf/visible.h"), arguments | {"steps": int})
+    visible = kernels.build(scene.native, ("sdf/trace.h", "sdf/ray.h", "sdf/visible.h"), arguments | {"steps": int})
     for kernel in (visible, compute.kernel(scene)):
         wp.compile_aot_module(kernel.module, arch=86, module_dir=str(tmp_path), use_ptx=True)
         assert any(tmp_path.iterdir())

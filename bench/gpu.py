@@ -16,8 +16,8 @@ is checked, side by side; then what is timed, one after another, the most tellin
   forms      the network in GLSL three ways: weights looked up in a texture, as constants, the paper's literal shader; compile times
 
 What the CPU says lies in bench/gpu.npz; `sdfprt bench gpu --write-reference` makes it anew on a machine with Mesa's CPU
-driver. With SDFPRT_DEVICE=scalar every step runs on a CPU, small, as a rehearsal. Writes gpu.md, gpu.json, gpu.png and
-gpu-pictures.png.
+driver. Without a card, and with SDFPRT_DEVICE=scalar, every step runs on a CPU, small, as a rehearsal. Writes gpu.md,
+gpu.json, gpu.png and gpu-pictures.png.
 """
 
 import argparse
@@ -45,6 +45,7 @@ import numpy as np
 from numpy import ndarray
 
 from sdfprt.core.errors import SdfprtError
+from sdfprt.core.kernels import DEVICE
 from sdfprt.core.resources import folder
 
 LIBRARY = ("rabbit", "fish", "old_car")  # held against the CPU
@@ -88,7 +89,13 @@ TIMED = 0.35  # s, of each frame that is timed
 
 def rehearsed() -> bool:
     """Whether this is a dry run on a CPU."""
-    return os.environ.get("SDFPRT_DEVICE", "scalar") in ("cpu", "scalar")
+    return (os.environ.get(DEVICE) or "scalar") in ("cpu", "scalar")
+
+
+def take_a_card() -> None:
+    """Without a word of which device, kernels go to a card where there is one; else this is a rehearsal."""
+    if not os.environ.get(DEVICE):
+        os.environ[DEVICE] = "cuda" if importlib.import_module("torch").cuda.is_available() else "scalar"
 
 
 def scene_of(name: str) -> Any:
@@ -709,6 +716,7 @@ def main() -> None:
             for row in STEPS[args.step].rows(args.part, args.rows):
                 print(json.dumps(row, default=lambda value: value.item()), file=file, flush=True)
         return
+    take_a_card()
     start, results, drawn = time.perf_counter(), {}, {}
     with tempfile.TemporaryDirectory() as folder_name:
         place = Path(folder_name)
@@ -718,9 +726,8 @@ def main() -> None:
         for path in place.glob("*.npz"):
             with np.load(path) as kept:
                 drawn |= {name: kept[name] for name in kept.files}
-    where = os.environ.get("SDFPRT_DEVICE", "cpu")
     took = f"{time.perf_counter() - start:.0f} s"
-    line = bench.setting(f"kernels on {where}", platform.platform(), took)
+    line = bench.setting(f"kernels on {os.environ[DEVICE]}", platform.platform(), took)
     bench.save(args.output, "gpu", "On a GPU", line, page.body(results, rehearsed()), results)
     page.plot(results, args.output / "gpu.png")
     if drawn:

@@ -13,6 +13,7 @@ import gpu_page as page
 import matplotlib.image
 import numpy as np
 import pytest
+import torch
 
 from sdfprt import Scene
 
@@ -84,6 +85,14 @@ def test_every_step_has_a_title_and_their_limits_fit_into_six_minutes():
     assert set(page.TITLES) == set(gpu.STEPS) and set(page.CAPTIONS) <= set(gpu.STEPS)
     beside = [step.seconds for step in gpu.STEPS.values() if not step.timed]
     assert max(beside) + sum(step.seconds for step in gpu.STEPS.values() if step.timed) <= 360
+
+
+@pytest.mark.parametrize(("asked", "card", "taken"), [("", True, "cuda"), ("", False, "scalar"), ("cuda:1", True, "cuda:1")])
+def test_a_card_is_taken_where_there_is_one(monkeypatch: pytest.MonkeyPatch, asked: str, card: bool, taken: str):
+    monkeypatch.setenv("SDFPRT_DEVICE", asked)
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: card)
+    gpu.take_a_card()
+    assert os.environ["SDFPRT_DEVICE"] == taken and gpu.rehearsed() == (taken == "scalar")
 
 
 def test_a_stage_is_compared_as_its_kind_asks():

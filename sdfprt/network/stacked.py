@@ -104,7 +104,7 @@ class Stack:
             self.captures = False
             graph = torch.cuda.CUDAGraph()
             try:
-                with torch.cuda.graph(graph, stream=side):
+                with torch.cuda.graph(graph, stream=side, capture_error_mode="thread_local"):
                     self._steps(STRETCH)
                 self.graph = graph
             except RuntimeError:  # steps go on one by one

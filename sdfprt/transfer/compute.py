@@ -21,15 +21,14 @@ from sdfprt.transfer.projection import LANES
 
 _CHUNK = 16_384  # points a launch
 _RAYS = 1 << 25  # a launch on a card: a slow one that draws the screen too must not seem to hang
-_THREADS = 1 << 19  # of a launch that keep a card busy
+_WARPS = 1 << 13  # of a launch that keep a card busy
 _REGISTERS = 80  # of a thread on a card: three blocks of 256 fit a processor
-_LEAST = 8  # rays of a thread, where more threads share a point
 MAX_BANDS, MAX_RAYS = 8, 1 << 20
 GROUP = 32  # points an item on the CPU, as SDFPRT_GROUP in kernels/transfer/packets.h
 
 
 def kernel(scene: Scene) -> Any:
-    """What computes transfer: GROUP points an item by packets, or with one lane, as on CUDA, a share of a point's rays."""
+    """What computes transfer: GROUP points an item by packets, or with one lane, as on CUDA, a thread of a warp."""
     flat, whole = kernels.FLOATS, kernels.WHOLES
     packets = "transfer/queue.h", "transfer/packets.h", "transfer/projection.h", "transfer/transfer.h"
     threads = "transfer/projection.h", "transfer/threads.h"
@@ -92,12 +91,12 @@ def compute_transfer(
         def trace(rows: slice) -> None:
             part = along[rows]
             count = len(part)
-            parts = _sharing(count, rays) if on_card else 1
+            parts = _sharing(count) if on_card else 1
             out = kernels.zeros(count * bands * bands)
             arrays = [kernels.array(x[part]) for x in (points, normals)]
             numbers = kernels.array(start + part, int)
             fixed = [out, box, recurrence, sequence, *stand_in, numbers, bands, rays, seed, int(shadowed), count, parts]
-            items = -(-count // GROUP) if kernels.lanes() > 1 else -(-count * parts // 32) * 32 if on_card else count
+            items = -(-count // GROUP) if kernels.lanes() > 1 else -(-count // parts) * 32 if on_card else count
             kernels.launch(traced, items, [*arrays, *fixed, *limits, settings.Trace.steps])
             result[part] = out.numpy().reshape(count, -1)
             advance(count)
@@ -108,10 +107,10 @@ def compute_transfer(
     return result
 
 
-def _sharing(points: int, rays: int) -> int:
-    """Threads that share a point, a power of two: as many as keep a card busy, up to 16, with _LEAST rays each or more."""
+def _sharing(points: int) -> int:
+    """Points that share a warp, a power of two: up to 8, where so many are left for each of _WARPS."""
     parts = 1
-    while parts < 16 and points * parts < _THREADS and rays >= 2 * parts * _LEAST:
+    while parts < 8 and points >= 2 * parts * _WARPS:
         parts *= 2
     return parts
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
+from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -49,7 +51,7 @@ class Light:
     rotation: Float[ndarray, "3 3"] = field(default_factory=lambda: np.eye(3))
     warnings: tuple[str, ...] = ()
     _projected: dict[int, ndarray] = field(default_factory=dict, repr=False)
-    _derived: dict[tuple, Any] = field(default_factory=dict, repr=False)  # of the map, for all its rotations
+    _derived: OrderedDict[tuple, Any] = field(default_factory=OrderedDict, repr=False)  # of the map, for all its rotations
     _of: ndarray | None = field(default=None, repr=False)  # the map that was checked, and that both are of
 
     def __post_init__(self) -> None:
@@ -66,7 +68,7 @@ class Light:
                 raise SdfprtError(f"light {self.name}: {bad} texels are NaN or infinite; mend the picture before lighting with it")
             if self._of is not None:  # what is known is another map's
                 object.__setattr__(self, "_projected", {})
-                object.__setattr__(self, "_derived", {})
+                object.__setattr__(self, "_derived", OrderedDict())
             object.__setattr__(self, "_of", self.pixels)
         if rotation.shape != (3, 3) or not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-5):
             raise SdfprtError(f"light {self.name}: rotation is no orthogonal 3x3 matrix")
@@ -120,9 +122,11 @@ class Light:
             return sh.project_samples(self.radiance, bands, samples, sampling, seed)
         if bands not in self._projected:
             self._projected[bands] = _project(self.pixels, bands)
-        if np.array_equal(self.rotation, np.eye(3)):
-            return self._projected[bands].copy()
-        return self.turn(bands) @ self._projected[bands]
+        return self._turned(self._projected[bands], bands)
+
+    def _turned(self, coefficients: Float[ndarray, "k 3"], bands: int) -> Float[ndarray, "k 3"]:
+        """Of the map to those in the world."""
+        return coefficients.copy() if np.array_equal(self.rotation, np.eye(3)) else self.turn(bands) @ coefficients
 
     def turn(self, bands: int) -> Float[ndarray, "k k"]:
         """Rotates coefficients as `rotation` does directions."""
@@ -135,8 +139,12 @@ class Light:
 
     @checked(bands=(1, 2 * MAX_BANDS))
     def sh_dered(self, bands: int) -> tuple[Float[ndarray, "k 3"], float]:
-        """Coefficients windowed until nowhere negative, and the window's strength (Sloan 2017); for pictures."""
-        return sh.dering(self.sh(bands))
+        """Coefficients windowed until nowhere negative, and the window's strength (Sloan 2017); for pictures.
+
+        The window is that of the map: it stays the same while the light turns.
+        """
+        windowed, strength = self.derived(("dering", bands), lambda: sh.dering(replace(self, rotation=np.eye(3)).sh(bands)))
+        return self._turned(windowed, bands), strength
 
     def without_suns(self, most: int) -> tuple[suns.Suns, Light]:
         """At most `most` of the brightest discs, in world directions, and the light that is left; none where it is soft."""
@@ -159,8 +167,11 @@ class Light:
         """What was made of the map under that key, made at the first call; the map's rotations share it."""
         if (found := self._derived.get(key)) is None:
             found = self._derived[key] = make()
-            for other in list(self._derived)[:-_DERIVED]:  # exponents that change from frame to frame leave maps behind
-                self._derived.pop(other, None)
+            while len(self._derived) > _DERIVED:  # exponents that change from frame to frame leave maps behind
+                self._derived.popitem(last=False)
+            return found
+        with contextlib.suppress(KeyError):  # another thread made it leave
+            self._derived.move_to_end(key)
         return found
 
     @checked()

@@ -41,7 +41,7 @@ from sdfprt.sdf.scene import Scene
 FORMAT = "sdfprt-render-set-1"
 MANIFEST = "manifest.json"
 KINDS = ("exr", "png")
-_VERSION = 2  # of what the renderer draws; a change makes files anew
+_VERSION = 3  # of what the renderer draws; a change makes files anew
 
 
 @dataclass(frozen=True, eq=False)

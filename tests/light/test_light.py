@@ -157,6 +157,9 @@ def test_what_is_made_of_a_map_is_bounded_and_the_newest_stays():
         assert light.derived(("k", k), lambda k=k: k + 1) == k + 1
     assert light.derived(("k", 199), lambda: 0) == 200
     assert light.derived(("k", 0), lambda: -1) == -1
+    for k in range(300, 400):  # and so does what is asked for again and again
+        light.derived(("k", k), lambda: 1)
+        assert light.derived(("k", 0), lambda: -2) == -1
     assert len(light._derived) < 40
 
 
@@ -164,3 +167,16 @@ def test_the_turn_of_coefficients_is_the_callers_own():
     light = Light(np.ones((4, 8, 3), np.float32)).rotated(yaw=30)
     light.turn(3)[:] = 0
     np.testing.assert_array_equal(light.turn(3), sh.rotation(light.rotation, 3))
+
+
+def test_the_window_against_ringing_turns_with_its_light():
+    light = Light(_spot((0.3, 0.8, 0.2)) ** 6)
+    tamed, strength = light.sh_dered(4)
+    assert strength > 0
+    for yaw in (17.0, 40.0, 200.0):
+        turned = light.rotated(yaw=yaw)
+        found, same = turned.sh_dered(4)
+        assert same == strength
+        np.testing.assert_allclose(found, sh.rotation(turned.rotation, 4) @ tamed, rtol=0, atol=1e-12)
+        values = sh.basis(sphere.latlong_directions(32, 64), 4) @ found
+        assert values.min() > -2e-3 * np.abs(found[0]).max()  # as far as the window's own tolerance, in other directions

@@ -55,7 +55,7 @@ from sdfprt.sdf.es import VERSION, es_source
 from sdfprt.sdf.scene import Scene
 from sdfprt.sdf.textures import Texels
 
-PIECES = ("camera", "trace", "normal", "network", "sh", "shade", "bounced", "suns", "picture")
+PIECES = ("camera", "trace", "normal", "network", "open_sky", "sh", "shade", "bounced", "suns", "picture")
 _TOY_INPUTS = (
     "uniform vec3 iResolution; uniform float iTime; uniform float iTimeDelta; uniform float iFrameRate; uniform int iFrame;\n"
     "uniform float iChannelTime[4]; uniform vec3 iChannelResolution[4]; uniform vec4 iMouse; uniform vec4 iDate;\n"

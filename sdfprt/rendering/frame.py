@@ -187,9 +187,9 @@ def seen_samples(target: Target) -> int:
     return int(np.frombuffer(target.list.read(4), np.uint32)[0]) if on_cpu() else target.size[0] * target.size[1]
 
 
-def _run(program: moderngl.ComputeShader, invocations: int, group: int) -> None:
-    """Run a compute shader, groups in rows, and wait for what it writes."""
-    groups = -(-invocations // group)
+def _run(program: moderngl.ComputeShader, samples: int, group: int) -> None:
+    """Run a compute shader on samples, so many a group, groups in rows, and wait for what it writes."""
+    groups = -(-samples // group)
     program.run(min(groups, _ROW), -(-groups // _ROW))
     context().memory_barrier()
 
@@ -268,7 +268,7 @@ def lit_tiles(
                 texture.use(unit)
             target.radiance.bind_to_image(Image.RADIANCE, read=False, write=True)
             context().memory_barrier()
-            _run(lighting, -(-seen_samples(target) // variant.points), variant.group)
+            _run(lighting, seen_samples(target), variant.samples)
             yield tile, target
     finally:
         for thing in held:

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
 
 from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
@@ -27,8 +29,8 @@ from sdfprt.tables.volume import LIFT, VolumeTable, cosine_product
 
 VERSION = "#version 430"
 SURFACE = ("grid", "hits", "camera", "trace", "normal", "surface")
-LIGHT = ("network", "sh", "latlong", "reflection", "shade", "bounced", "light")
-VOLUME_LIGHT = ("volume", *LIGHT[1:])
+LIGHT = ("network", "open_sky", "sh", "latlong", "reflection", "shade", "bounced", "light")
+VOLUME_LIGHT = ("volume", *LIGHT[2:])
 SUNLIGHT = ("trace", "suns", "sunlight")
 SUN_TILES = ("grid", "trace", "suntiles")
 LIST = ("grid", "hits", "list")
@@ -42,6 +44,8 @@ BACKGROUND = ("grid", "camera", "latlong", "background")
 MEAN = ("grid", "mean")
 GRAIN = 4  # samples along a side that a cone of the coarse pass holds
 _TEXELS = 1024  # in a row of the texture of weights
+_TILE = 8  # points and neurons of an invocation of blocks.glsl
+_SHARED = 32_768  # bytes of shared memory that a work group has with every driver (OpenGL 4.3, table 23.60)
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,12 @@ class Variant:
     constant: str = ""  # digest of the network whose weights are in the text
     exact: bool = False  # light and lobe exact: bands of light and result do not count
     group: int = 8  # invocations side by side: llvmpipe runs 8 together, a GPU two warps of 32
+    block: int = 0  # points that a group takes through the network together; 0: each invocation its own
+
+    @property
+    def samples(self) -> int:
+        """Of a group."""
+        return self.block or self.group * self.points
 
 
 def lobes_of(material: Material) -> int:
@@ -175,7 +185,7 @@ def volume_compute(table: VolumeTable, variant: Variant) -> str:
 def volume_defines(table: VolumeTable, variant: Variant) -> str:
     """What the pieces of that pass ask for: sizes, and the products of visibility with the cosine."""
     exact = ["#define EXACT_LIGHT"] if variant.exact else []
-    sizes = {**_shading_sizes(table.bands, variant), "POINTS": 1, "GROUP": variant.group, "MOST_SUNS": settings.Suns.most}
+    sizes = {**_shading_sizes(table.bands, variant), "POINTS": 1, "GROUP": variant.group, "SAMPLES": variant.group, "MOST_SUNS": settings.Suns.most}
     return "\n".join(
         [*exact, *(f"#define {k} {v}" for k, v in sizes.items()), products_text("cosine", cosine_product(table.bands))]
     )
@@ -223,7 +233,9 @@ def light_pieces(net: AnyNet, variant: Variant) -> tuple[str, ...]:
     """The pieces of the second pass."""
     if len(networks(net)) > 1:
         return (LIGHT[0], "cells", *LIGHT[1:])
-    return LIGHT[1:] if variant.constant else LIGHT
+    if variant.block:
+        return ("blocks", *LIGHT[1:])
+    return LIGHT[2:] if variant.constant else LIGHT
 
 
 def constant_network(net: TransferNet) -> str:
@@ -325,6 +337,46 @@ def _weights_of_cells(net: CellNets) -> np.ndarray:
     return np.concatenate([*each, owners]).astype(np.float32)
 
 
+def block_sizes(net: TransferNet) -> dict[str, int]:
+    """What blocks.glsl asks for: points of a group, as many as share the memory that every driver has, and sizes of its memory.
+
+    Empty where the network is too wide for eight points.
+    """
+    features, outputs = net.weights[0][0].shape[1], len(padded_outputs(net.scale, net))
+    width = -(-max((len(b) for _, b in net.weights[:-1]), default=1) // _TILE) * _TILE
+    rows = max(features, width, outputs)
+    block = next((points for points in (128, 64, 32, 16, 8) if 4 * rows * points <= _SHARED), 0)
+    if not block:
+        return {}
+    return {
+        "BLOCK": block,
+        "BLOCK_ROWS": rows,
+        "BLOCK_WIDTH": width // 4,
+        "FEATURES": features,
+    }
+
+
+def in_blocks(net: TransferNet) -> tuple[int, int, int] | None:
+    """Points of an invocation, invocations of a group and points of a group for blocks.glsl; None where the network is too wide."""
+    if not (sizes := block_sizes(net)):
+        return None
+    group = sizes["BLOCK"] // _TILE * sizes["BLOCK_WIDTH"] * 4 // _TILE
+    return max(sizes["BLOCK"] // group, 1), group, sizes["BLOCK"]
+
+
+def block_weights(net: TransferNet) -> Float[ndarray, "n"]:
+    """Weights as blocks.glsl reads them: of each layer the biases, then a row for each input, neurons padded with zeros."""
+    width = 4 * block_sizes(net)["BLOCK_WIDTH"]
+    values, inputs = [], net.weights[0][0].shape[1]
+    for depth, (weight, bias) in enumerate(shader_layers(net)):
+        neurons = width if depth < len(net.weights) - 1 else len(bias)
+        layer = np.zeros((1 + inputs, neurons), np.float32)
+        layer[0, : len(bias)], layer[1 : 1 + weight.shape[1], : len(bias)] = bias, weight.T
+        values.append(layer.ravel())
+        inputs = neurons
+    return np.concatenate(values)
+
+
 def gloss_layers(exact: ExactLight) -> np.ndarray:
     """F_j as (layers, rows, columns, 4), in shade.glsl's order: level, channel, coefficients in fours."""
     if exact.gloss is None:
@@ -367,7 +419,9 @@ def defines(net: AnyNet, variant: Variant) -> str:
         **_shading_sizes(net.bands, variant, transfers),
         "POINTS": variant.points,
         "GROUP": variant.group,
+        "SAMPLES": variant.samples,
         "MOST_SUNS": settings.Suns.most,
+        **(block_sizes(net) if variant.block else {}),
     }
     exact = ["#define EXACT_LIGHT"] if variant.exact else []
     return "\n".join([*exact, *(f"#define {name} {value}" for name, value in values.items())])

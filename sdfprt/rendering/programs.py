@@ -18,6 +18,7 @@ from sdfprt.imaging.shot import Shot
 from sdfprt.light.light import Light
 from sdfprt.material.shading import ExactLight
 from sdfprt.network.cells import AnyNet, networks
+from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering.pieces import (
     GOURAUD,
     GOURAUD_VERTEX,
@@ -28,9 +29,11 @@ from sdfprt.rendering.pieces import (
     TEXTURED,
     VOLUME_LIGHT,
     Variant,
+    block_weights,
     defines,
     fixed_compute,
     fixed_stage,
+    in_blocks,
     light_compute,
     light_pieces,
     lit_stage,
@@ -79,6 +82,7 @@ class Programs:
         self.environments: Kept[tuple[str, int], moderngl.Texture] = Kept(ENVIRONMENT_TEXELS, lambda key: key[1])
         self.means: Kept[tuple[int, int], Means] = Kept(TARGET_SAMPLES, lambda size: size[0] * size[1])
         self.weights: Kept[str, moderngl.Texture] = Kept(PROGRAMS)
+        self.block_weights: Kept[str, moderngl.Buffer] = Kept(PROGRAMS)
         self.volumes: Kept[str, moderngl.Texture3D] = Kept(MESHES)
         self.lit: dict[str, int] = {}  # samples, by the network's digest
 
@@ -110,7 +114,10 @@ class Programs:
                 return context().compute_shader(light_compute(net, variant))
 
         program = self.lightings.get((defines(net, variant), variant, net.bands), compiled)
-        self.weights.get(net.digest, lambda: network_texture(context(), net)).use(Unit.WEIGHTS)
+        if variant.block and isinstance(net, TransferNet):
+            self.block_weights.get(net.digest, lambda: context().buffer(block_weights(net).tobytes())).bind_to_storage_buffer(1)
+        else:
+            self.weights.get(net.digest, lambda: network_texture(context(), net)).use(Unit.WEIGHTS)
         names = ("networkWeights", "surfacePoint", "surfaceDirection", "surfaceColour", "sunDiffuse", "sunGlossy")
         values = {"keepLoops": 1, **network_uniforms(net), **{name: SAMPLERS[name] for name in names}}
         set_uniforms(program, values, **values)  # the driver drops what weights as constants and colours do not need
@@ -166,11 +173,13 @@ class Programs:
     def choose_variant(self, net: AnyNet | VolumeTable, shot: Shot) -> Variant:
         """The lighting program for this shot.
 
-        A GPU's invocation takes one point. On a CPU, where each fetch of a weight is dear, a network's takes 8 (on llvmpipe 4, 8
-        and 16 ran at 0.76, 1 and 0.96 of the speed of 8, k=64), and compiling the weights in, which takes seconds, pays after some
-        frames.
+        A GPU's group takes points through a network together, in cells and in volumes each invocation its own. On a CPU, where each
+        fetch of a weight is dear, an invocation takes 8 (on llvmpipe 4, 8 and 16 ran at 0.76, 1 and 0.96 of the speed of 8, k=64),
+        and compiling the weights in, which takes seconds, pays after some frames.
         """
-        points, constant = 1, ""
+        points, constant, group, block = 1, "", group_size(), 0
+        if not on_cpu() and isinstance(net, TransferNet):
+            points, group, block = in_blocks(net) or (points, group, block)
         if on_cpu() and not isinstance(net, VolumeTable):
             self.lit[net.digest] = self.lit.get(net.digest, 0) + shot.fine[0] * shot.fine[1]
             all_of_them = networks(net)
@@ -186,7 +195,8 @@ class Programs:
             points,
             constant,
             options.exact,
-            group_size(),
+            group,
+            block,
         )
 
     def light_maps(self, exact: ExactLight) -> LightMaps:

@@ -1,4 +1,4 @@
-// Second pass: network and lighting of the samples that hit, POINTS of them an invocation.
+// Second pass: network and lighting of the samples that hit, POINTS of them an invocation and SAMPLES a group.
 void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * NETWORK_OUTPUTS]);
 vec3 shade(vec3 n, vec3 o, vec4 transfer[OUTPUTS], vec3 base, float s);
 vec3 sunShade(vec3 base, vec3 diffuse, vec3 glossy);
@@ -28,19 +28,19 @@ uniform sampler2D sunGlossy;
 uniform int keepLoops;         // 1, see network.glsl
 #endif
 
-// Number of this invocation: groups stand in rows, since a driver takes 65,535 along a side.
-uint invocation() {
-    return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
+// Number of this group's first sample: groups stand in rows, since a driver takes 65,535 along a side.
+uint firstSample() {
+    return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * SAMPLES;
 }
 
 // Where sample k of this invocation lies; the last ones repeat themselves where the hits end.
 ivec2 place(int k) {
-    uint hit = seen[min(invocation() * POINTS + uint(k), seenCount - 1u)];
+    uint hit = seen[min(firstSample() + gl_LocalInvocationID.x * POINTS + uint(k), seenCount - 1u)];
     return ivec2(hit & 0xffffu, hit >> 16);
 }
 
 void main() {
-    if (invocation() * POINTS >= seenCount) return;
+    if (firstSample() >= seenCount) return;  // all of a group or none: they may work together
     int points = POINTS * int(min(seenCount, 1u));  // POINTS, but the compiler cannot know: the loops stay loops
     vec3 p[POINTS], n[POINTS];
     for (int k = 0; k < points; k++) {
@@ -49,6 +49,7 @@ void main() {
     }
     vec4 all[POINTS * NETWORK_OUTPUTS];
     network(p, n, all);
+    if (gl_LocalInvocationID.x * POINTS >= SAMPLES) return;
     for (int k = 0; k < points; k++) {
         vec4 transfer[OUTPUTS];
         for (int i = 0; i < OUTPUTS; i++) transfer[i] = all[k * NETWORK_OUTPUTS + i];

@@ -3,6 +3,7 @@
 // Counts are in fours: INPUTS, WIDTH, NETWORK_OUTPUTS, each transfer's OUTPUTS after the other's; LAYERS linear layers.
 // Weights come from a texture: compiled in two seconds at any width where constants took half a minute, and any network of
 // the same size runs without compiling again.
+vec4 openSky(vec3 n, int row);
 #ifndef PACKED_WEIGHTS
 uniform sampler2D networkWeights;  // 4x4 blocks, row of blocks after row, layer after layer; then the biases
 #endif
@@ -48,14 +49,6 @@ vec4 networkScales(int row) {
 #else
     return networkScale[row];
 #endif
-}
-
-// Transfer with nothing in the way of the sky, four coefficients of it: the clamped cosine about n, up to degree 2, since degree 3 has
-// none (Ramamoorthi and Hanrahan 2001). Twin of `open_sky` in sdfprt/network/mlp.py.
-vec4 openSky(vec3 n, int row) {
-    if (row == 0) return vec4(0.886226925, 1.02332671 * vec3(-n.y, n.z, -n.x));
-    if (row == 1) return vec4(0.858085531 * vec2(n.x, -n.z) * n.y, 0.247707956 * (3.0 * n.z * n.z - 1.0), -0.858085531 * n.x * n.z);
-    return row == 2 ? vec4(0.429042765 * (n.x * n.x - n.y * n.y), 0.0, 0.0, 0.0) : vec4(0.0);
 }
 
 // T_i at POINTS points p with unit normals n, in fours, point after point; a weight is fetched once for all of them.

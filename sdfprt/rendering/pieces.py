@@ -185,7 +185,8 @@ def volume_compute(table: VolumeTable, variant: Variant) -> str:
 def volume_defines(table: VolumeTable, variant: Variant) -> str:
     """What the pieces of that pass ask for: sizes, and the products of visibility with the cosine."""
     exact = ["#define EXACT_LIGHT"] if variant.exact else []
-    sizes = {**_shading_sizes(table.bands, variant), "POINTS": 1, "GROUP": variant.group, "SAMPLES": variant.group, "MOST_SUNS": settings.Suns.most}
+    sizes = {**_shading_sizes(table.bands, variant), "POINTS": 1, "GROUP": variant.group, "SAMPLES": variant.group}
+    sizes["MOST_SUNS"] = settings.Suns.most
     return "\n".join(
         [*exact, *(f"#define {k} {v}" for k, v in sizes.items()), products_text("cosine", cosine_product(table.bands))]
     )
@@ -343,25 +344,23 @@ def block_sizes(net: TransferNet) -> dict[str, int]:
     Empty where the network is too wide for eight points.
     """
     features, outputs = net.weights[0][0].shape[1], len(padded_outputs(net.scale, net))
-    width = -(-max((len(b) for _, b in net.weights[:-1]), default=1) // _TILE) * _TILE
-    rows = max(features, width, outputs)
+    tiles = -(-max((len(b) for _, b in net.weights[:-1]), default=1) // _TILE)
+    rows = max(features, _TILE * tiles, outputs)
     block = next((points for points in (128, 64, 32, 16, 8) if 4 * rows * points <= _SHARED), 0)
     if not block:
         return {}
-    return {
-        "BLOCK": block,
-        "BLOCK_ROWS": rows,
-        "BLOCK_WIDTH": width // 4,
-        "FEATURES": features,
-    }
+    while tiles < _TILE and _TILE % tiles:
+        tiles += 1  # an invocation has a whole number of points, or none
+    return {"BLOCK": block, "BLOCK_ROWS": max(rows, _TILE * tiles), "BLOCK_WIDTH": _TILE // 4 * tiles, "FEATURES": features}
 
 
 def in_blocks(net: TransferNet) -> tuple[int, int, int] | None:
     """Points of an invocation, invocations of a group and points of a group for blocks.glsl; None where the network is too wide."""
     if not (sizes := block_sizes(net)):
         return None
-    group = sizes["BLOCK"] // _TILE * sizes["BLOCK_WIDTH"] * 4 // _TILE
-    return max(sizes["BLOCK"] // group, 1), group, sizes["BLOCK"]
+    block, tiles = sizes["BLOCK"], sizes["BLOCK_WIDTH"] * 4 // _TILE
+    group = block // _TILE * tiles
+    return max(block // group, 1), group, block
 
 
 def block_weights(net: TransferNet) -> Float[ndarray, "n"]:

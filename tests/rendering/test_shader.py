@@ -47,7 +47,10 @@ def test_each_piece_compiles_alone(path, tmp_path):
     if path.stem == "volume":
         sizes = pieces.volume_defines(nets.random_volume(), Variant(7))
     else:
-        sizes = pieces.defines(nets.random_cells() if path.stem == "cells" else nets.random_net(), Variant(7))
+        block = path.stem == "blocks"
+        sizes = pieces.defines(
+            nets.random_cells() if path.stem == "cells" else nets.random_net(), Variant(7, block=64 if block else 0)
+        )
     for extra in ("", "#define HAS_ALBEDO\n#define HAS_EXPONENT\n"):
         source = tmp_path / f"piece.{stage}"
         source.write_text(f"#version 430\n{extra}{sizes}\n#define GROUP_WIDTH 4\n{path.read_text()}")
@@ -92,7 +95,7 @@ def test_the_shaders_network_is_the_networks_own(width, layers, bands, octaves, 
     together = 1 if constant else together
     net = nets.random_net(width, layers, bands, octaves)
     quads = -(-(bands * bands) // 4)
-    network = pieces.constant_network(net) if constant else pieces.piece("network")
+    network = pieces.constant_network(net) if constant else pieces.join(("network", "open_sky"))
     text = "\n".join(["#version 430", pieces.defines(net, Variant(1, points=together)), network, MAIN])
     points, normals = _random_points()
     got = _transfer_by_shader(net, text, quads, points, normals)[:, : bands * bands]
@@ -103,7 +106,7 @@ def test_the_shaders_network_is_the_networks_own(width, layers, bands, octaves, 
 @pytest.mark.parametrize("together", [1, 4])
 def test_the_shader_blends_the_networks_of_cells_as_numpy_does(together):
     net = nets.random_cells()
-    chosen = pieces.join(("network", "cells"))
+    chosen = pieces.join(("network", "open_sky", "cells"))
     text = "\n".join(["#version 430", pieces.defines(net, Variant(1, points=together)), chosen, MAIN])
     points, normals = _random_points()
     points[:16, 0] = -0.2 + np.linspace(-0.04, 0.04, 16)  # within the blend of a cut

@@ -31,7 +31,13 @@ def torch_device() -> str:
 def _torch_device(number: int | None) -> str:
     import torch
 
-    if not torch.cuda.is_available():
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        there = torch.cuda.is_available()
+    if not there:
+        if said:  # a card, and a driver that is too old for torch, say
+            told = str(said[0].message).removeprefix("CUDA initialization: ").split(". ")[0].split(" (Triggered")[0]
+            warnings.warn(f"torch computes on the CPU: {' '.join(told.split())}", SdfprtWarning, stacklevel=3)
         return "cpu"
     count = torch.cuda.device_count()
     if number is not None and number >= count:

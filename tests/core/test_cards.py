@@ -4,6 +4,7 @@ import ctypes
 import os
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -63,6 +64,19 @@ def test_torch_leaves_a_card_alone_that_it_was_not_built_for_and_says_so_once(tw
     with pytest.warns(SdfprtWarning, match=r"GTX 1080 \(compute capability 6\.1\) is too old for this build of torch") as said:
         assert cards.torch_device() == cards.torch_device() == "cpu"
     assert len(said) == 1
+
+
+def test_a_driver_that_torch_cannot_use_is_said_once(monkeypatch: pytest.MonkeyPatch):
+    def available() -> bool:
+        told = "CUDA initialization: The NVIDIA driver on your system is too old (found version 11040). Please update it at: there."
+        warnings.warn(told, UserWarning, stacklevel=2)
+        return False
+
+    monkeypatch.setattr(torch.cuda, "is_available", available)
+    with pytest.warns(SdfprtWarning) as said:
+        assert cards.torch_device() == cards.torch_device() == "cpu"
+    told = "torch computes on the CPU: The NVIDIA driver on your system is too old (found version 11040)"
+    assert [str(each.message) for each in said] == [told]
 
 
 def of_warp(monkeypatch: pytest.MonkeyPatch, archs: list[int]) -> None:

@@ -27,7 +27,6 @@
     const F ox = Simd::splat(camera.data[0]), oy = Simd::splat(camera.data[1]), oz = Simd::splat(camera.data[2]);
     F enter, leave;
     Tracer::clip(ox, oy, oz, d[0], d[1], d[2], grown, enter, leave);
-    const F free = Tracer::free_cone(ox, oy, oz, d[0], d[1], d[2], Simd::max(enter, Simd::splat(0.0f)), leave, cone, step, relaxation,
-                                     steps);
+    const F free = Tracer::free_cone(ox, oy, oz, d[0], d[1], d[2], Simd::max(enter, Simd::splat(0.0f)), leave, cone, step, steps);
     for (int k = 0; k < SDFPRT_LANES; k++) cones.data[base + k] = Simd::lane(free, k);
 }

@@ -25,11 +25,11 @@
     const F first = Simd::max(enter, Simd::splat(0.0f));
     F t = Simd::max(first, begin);
     const M inside = Simd::le(Simd::splat(0.0f), begin) & Simd::le(t, leave);
-    const M hit = Tracer::march(o[0], o[1], o[2], d[0], d[1], d[2], t, leave, Simd::splat(near), step, relaxation, steps, inside);
+    const float sample = 2.0f * sqrtf(axes[3] * axes[3] + axes[4] * axes[4] + axes[5] * axes[5]) / (float)height;
+    const M hit = Tracer::approach(o[0], o[1], o[2], d[0], d[1], d[2], t, first, leave, Simd::splat(near), 0.5f * sample, step, steps, inside);
     F n[3], red = Simd::splat(0.0f), green = red, blue = red, s = red, p[3] = {red, red, red};
     for (int axis = 0; axis < 3; axis++) n[axis] = red;
     if (Simd::any(hit)) {
-        t = Tracer::settle(o[0], o[1], o[2], d[0], d[1], d[2], t, first, step, hit);
         for (int axis = 0; axis < 3; axis++) p[axis] = o[axis] + t * d[axis];
 
         // Differences at the corners of a tetrahedron, by one call, as in distance.h

@@ -38,41 +38,65 @@ struct Tracer : Simd {
         return hit | live;  // what is still under way after so many steps grazes a surface
     }
 
-    // How far the cone with radius `cone` at distance 1 is free, from t on, where its balls touch one another; -1 where to `far`.
-    static inline CUDA_CALLABLE F free_cone(F ox, F oy, F oz, F dx, F dy, F dz, F t, F far, float cone, float step, float relaxation,
-                                            int steps) {
-        F before = splat(0.0f), taken = splat(0.0f), omega = splat(relaxation), free = splat(-1.0f);
+    // Steps of a camera's rays and of cones about them are as long as the next ball will touch this one if the slope stays (Balint and
+    // Valasek 2018); where two balls do not touch, something may lie between: back to the end of the first.
+    static inline CUDA_CALLABLE float guess() { return -0.6f; }  // slope of a ray of which nothing is known
+    static inline CUDA_CALLABLE F change(F now, F before, F taken, M known) {
+        return min(max((now - before) / sel(known, taken, splat(1.0f)), splat(-1.0f)), splat(0.8f));
+    }
+
+    // How far the cone with radius `cone` at distance 1 is free, from t on; -1 where to `far`.
+    static inline CUDA_CALLABLE F free_cone(F ox, F oy, F oz, F dx, F dy, F dz, F t, F far, float cone, float step, int steps) {
+        F before = splat(0.0f), taken = splat(0.0f), slope = splat(guess()), free = splat(-1.0f);
         M live = lt(t, far);
         for (int k = 0; k < steps && any(live); k++) {
-            const F r = Scene::distance(fma(dx, t, ox), fma(dy, t, oy), fma(dz, t, oz), live) * step - cone * t;
-            const M gap = lt(splat(1.0f), omega) & lt(r + before, taken);
+            const F r = Scene::distance(ox + dx * t, oy + dy * t, oz + dz * t, live) * step - cone * t;
+            const M known = lt(splat(0.0f), taken), gap = known & lt(r + before, taken);
             // As near as half its radius a cone is no longer worth a step; no number says nothing of what lies about the place
             const M met = live & ~gap & ~lt(0.5f * cone * t, r);
             free = sel(met, sel(is_nan(r), t - taken + min(before, taken), t), free);
             live = live & ~met;
-            const F ahead = sel(gap, before - taken, min(omega * r, max(far - cone * t - t, r)));
+            slope = sel(gap, splat(guess()), sel(known, change(r, before, taken, known), slope));
+            const F ahead = sel(gap, before - taken, min(1.9f * r / (1.0f - slope), max(far - cone * t - t, r)));
             t = sel(live, t + ahead, t);
             taken = sel(gap, splat(0.0f), ahead);
             before = sel(gap, splat(0.0f), r);
-            omega = sel(gap, splat(1.0f), omega);
             live = live & lt(t, far);
         }
         return sel(live, t - taken + min(before, taken), free);
     }
 
-    // From where a ray was found to hit onto the surface itself, by the slope along the ray, twice; backwards where a field that
-    // overestimates let it into the solid. A cut face keeps the place where the ray entered.
-    static inline CUDA_CALLABLE F settle(F ox, F oy, F oz, F dx, F dy, F dz, F t, F first, float step, M live) {
-        F r = splat(0.0f), before = r, last = t;
-        for (int k = 0; k < 2; k++) {
-            r = Scene::distance(ox + dx * t, oy + dy * t, oz + dz * t, live) * step;
-            const F moved = t - last;
-            const M known = lt(splat(0.0f), abs(moved));
-            const F slope = sel(known, max(min((r - before) / sel(known, moved, splat(1.0f)), splat(-0.1f)), splat(-1.0f)), splat(-1.0f));
-            last = t;
-            before = r;
-            t = sel(live, max(t - r / slope, first), t);
+    // As `march`, for a camera's rays, and onto the surface itself. Near the surface a step goes to where the slope says that it is,
+    // though the balls may then leave `chord` of the distance between them: what is so thin may be passed over. Backwards where a
+    // field that overestimates let the ray into the solid; a cut face keeps `first`, the place where the ray entered.
+    static inline CUDA_CALLABLE M approach(F ox, F oy, F oz, F dx, F dy, F dz, F& t, F first, F far, F near, float chord, float step,
+                                           int steps, M live) {
+        M hit = none();
+        F before = splat(0.0f), taken = splat(0.0f), slope = splat(guess()), r = splat(0.0f);
+        live = live & lt(t + near, far);
+        for (int k = 0; k < steps; k++) {
+            if (!any(live)) break;
+            const F now = Scene::distance(ox + dx * t, oy + dy * t, oz + dz * t, live) * step, passed = chord * t;
+            const M known = lt(splat(0.0f), taken), gap = known & lt(abs(now) + before + passed, taken);
+            const M found = live & ~gap & lt(now, near);
+            slope = sel(live, sel(gap, splat(guess()), sel(known, change(now, before, taken, known), slope)), slope);
+            r = sel(live, now, r);
+            hit = hit | found;
+            live = live & ~found;
+            const F root = sel(lt(slope, splat(-0.05f)), min(now / -slope, now + passed), now);
+            const F ahead = sel(gap, before - taken, min(max(1.9f * now / (1.0f - slope), root), max(far - near - t, now)));
+            t = sel(live, t + ahead, t);
+            taken = sel(gap, splat(0.0f), ahead);
+            before = sel(gap, splat(0.0f), now);
+            live = live & lt(t, far);  // no number ends the ray: no surface is there
         }
-        return t;
+        hit = hit | live;  // what is still under way after so many steps grazes a surface
+        if (any(hit)) {
+            const F falls = min(slope, splat(-0.1f)), there = max(t - r / falls, first), moved = there - t;
+            const M known = lt(splat(0.0f), abs(moved));
+            const F next = Scene::distance(ox + dx * there, oy + dy * there, oz + dz * there, hit) * step;
+            t = sel(hit, max(there - next / sel(known, min(change(next, r, moved, known), splat(-0.1f)), falls), first), t);
+        }
+        return hit;
     }
 };

@@ -16,7 +16,7 @@ from sdfprt.core import kernels, settings
 from sdfprt.light.suns import Suns
 from sdfprt.rendering.picture import Planes, send
 from sdfprt.rendering.pieces import GRAIN
-from sdfprt.sdf import shadow, trace
+from sdfprt.sdf import shadow
 from sdfprt.sdf.scene import NORMAL_STEP, Scene
 
 _BLOCK = 64  # threads of a block on CUDA: one long ray holds up no more than two warps
@@ -37,20 +37,11 @@ class PlaneTracer:
         self.cones = torch.zeros(kernels.padded(-(-size[0] // GRAIN) * -(-size[1] // GRAIN)), device=where)
         self.discs, self.levels = torch.zeros((max(suns, 1), 7), device=where), torch.zeros(3, device=where)
         self.box = torch.tensor(np.ravel(scene.bounds), dtype=torch.float32, device=where)
-        flat, march = kernels.FLOATS, {"step": float, "relaxation": float, "steps": int}
+        flat, march = kernels.FLOATS, {"width": int, "height": int, "step": float, "steps": int}
         self.free = kernels.build(
             f"#define GRAIN {GRAIN}\n" + scene.native,
             ("sdf/trace.h", "sdf/cones.h"),
-            {
-                "camera": flat,
-                "cones": flat,
-                "box": flat,
-                "width": int,
-                "height": int,
-                "step": float,
-                "relaxation": float,
-                "steps": int,
-            },
+            {**dict.fromkeys(("camera", "cones", "box"), flat), **march},
         )
         given = f"#define GRAIN {GRAIN}\n#define SDFPRT_HAS_ALBEDO {int(scene.has_albedo)}\n"
         given += f"#define SDFPRT_HAS_EXPONENT {int(scene.has_exponent)}\n"
@@ -58,7 +49,7 @@ class PlaneTracer:
         self.seen = kernels.build(
             given + scene.native + scene.native_colour,
             ("sdf/trace.h", "sdf/seen.h"),
-            {**planes, "width": int, "height": int, "near": float, **march, "taps": float},
+            {**planes, **march, "near": float, "taps": float},
         )
         self.sunlight = shadow.kernel(scene, planes=True) if suns else None
 
@@ -76,14 +67,15 @@ class PlaneTracer:
 
     def find_free(self) -> None:
         """How far the cones are free."""
-        numbers = [*self.size, self.scene.step, settings.Trace.relaxation, settings.Trace.steps]
+        numbers = [*self.size, self.scene.step, settings.Trace.steps]
         _launch(self.free, len(self.cones), [self.camera, self.cones, self.box], numbers)
 
     def find_hits(self) -> None:
         """Points, normals and colours."""
         scene, planes = self.scene, self.planes
         seen = [self.camera, self.cones, planes.points, planes.normals, planes.colours, self.box]
-        numbers = [*self.size, *trace.limits(scene, settings.Trace.hit), NORMAL_STEP * scene.diagonal]
+        near, taps = settings.Trace.hit * scene.diagonal, NORMAL_STEP * scene.diagonal
+        numbers = [*self.size, scene.step, settings.Trace.steps, near, taps]
         _launch(self.seen, len(planes.points), seen, numbers)
 
     def add_suns(self) -> None:

@@ -42,7 +42,7 @@ def test_planes_in_torchs_memory_hold_what_numpy_gets(name: str):
     ours, theirs = planes_of(scene, shot), gbuffer(scene, shot.camera, shot.size, shot.samples)
     points, normals = in_rows(ours.points, shot.fine).numpy(), in_rows(ours.normals, shot.fine).numpy()
     hit = points[:, 3] > 0.5
-    assert (hit.reshape(theirs.mask.shape) == theirs.mask).mean() > 0.999 and hit.any()
+    assert (hit.reshape(theirs.mask.shape) == theirs.mask).mean() > 0.998 and hit.any()
     both = hit & theirs.mask.ravel()
     met = both[theirs.mask.ravel()]
     apart = np.linalg.norm(points[both, :3] - theirs.points[met], axis=1)

@@ -71,7 +71,6 @@ struct Simd {
     static inline CUDA_CALLABLE F to_F(I a) { return (F)a; }
     static inline CUDA_CALLABLE F to_F(U a) { return (F)a; }
     static inline CUDA_CALLABLE I to_I(F a) { return (I)a; }
-    static inline CUDA_CALLABLE F sqrt(F a) { return sqrtf(a); }
     static inline CUDA_CALLABLE F abs(F a) { return fabsf(a); }
     static inline CUDA_CALLABLE F floor(F a) { return floorf(a); }
     static inline CUDA_CALLABLE F ceil(F a) { return ceilf(a); }
@@ -113,7 +112,6 @@ struct Simd {
     static inline F to_F(I a) { return __builtin_convertvector(a, F); }
     static inline F to_F(U a) { return __builtin_convertvector(a, F); }
     static inline I to_I(F a) { return __builtin_convertvector(a, I); }
-    static inline F sqrt(F a) { return __builtin_elementwise_sqrt(a); }
     static inline F abs(F a) { return __builtin_elementwise_abs(a); }
     static inline F floor(F a) { return __builtin_elementwise_floor(a); }
     static inline F ceil(F a) { return __builtin_elementwise_ceil(a); }
@@ -137,6 +135,27 @@ struct Simd {
         return a * b + c;
 #endif
     }
+#endif
+    // Roots, rounded as IEEE 754 asks for. CUDA's compiler has the same steps from the same seed, but calls a slow function for zero,
+    // which the distance to a box is the root of everywhere inside, and the warp waits for it.
+#if SDFPRT_LANES == 1
+    // The seed is 1 / sqrt of the scaled number to some units in the last place
+    static inline CUDA_CALLABLE float scaled(F a) { return a < 7.8886091e-31f ? a * 1.2676506e30f : a; }  // by 2^100 below 2^-100
+    static inline CUDA_CALLABLE F root(F a, F seed) {
+        const F x = scaled(a), r = x * seed, w = mad(mad(-r, r, x), 0.5f * seed, r);
+        return a == 0.0f || a > 3.4028234e38f ? a : a < 7.8886091e-31f ? w * 8.8817842e-16f : w;
+    }
+#endif
+#if defined(__CUDA_ARCH__)
+    static inline CUDA_CALLABLE F sqrt(F a) {
+        float seed;
+        asm("rsqrt.approx.ftz.f32 %0, %1;" : "=f"(seed) : "f"(scaled(a)));
+        return root(a, seed);
+    }
+#elif SDFPRT_LANES == 1
+    static inline F sqrt(F a) { return sqrtf(a); }
+#else
+    static inline F sqrt(F a) { return __builtin_elementwise_sqrt(a); }
 #endif
     static inline CUDA_CALLABLE F splat(float x) { return (F)x; }
     static inline CUDA_CALLABLE I splat(int x) { return (I)x; }

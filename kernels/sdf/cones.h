@@ -1,8 +1,9 @@
 // How far cones about tiles of GRAIN x GRAIN samples are free, -1 where to the end: item k does lanes k*LANES …, tiles row by row.
-// `camera`: eye, and the axes of the image plane as far as its edges. Twin: the coarse pass of shaders/rendering/surface.glsl.
+// `camera`: eye, and the axes of the image plane as far as its edges; `next` becomes 0, for seen.h. Twin: the coarse pass of shaders/rendering/surface.glsl.
 {
     const int across = (width + GRAIN - 1) / GRAIN, base = item * SDFPRT_LANES;
     const float* axes = camera.data + 3;
+    if (item == 0) next.data[0] = 0;
     F d[3];
     for (int axis = 0; axis < 3; axis++) d[axis] = Simd::splat(1.0f);
     for (int k = 0; k < SDFPRT_LANES; k++) {

@@ -65,38 +65,4 @@ struct Tracer : Simd {
         }
         return sel(live, t - taken + min(before, taken), free);
     }
-
-    // As `march`, for a camera's rays, and onto the surface itself. Near the surface a step goes to where the slope says that it is,
-    // though the balls may then leave `chord` of the distance between them: what is so thin may be passed over. Backwards where a
-    // field that overestimates let the ray into the solid; a cut face keeps `first`, the place where the ray entered.
-    static inline CUDA_CALLABLE M approach(F ox, F oy, F oz, F dx, F dy, F dz, F& t, F first, F far, F near, float chord, float step,
-                                           int steps, M live) {
-        M hit = none();
-        F before = splat(0.0f), taken = splat(0.0f), slope = splat(guess()), r = splat(0.0f);
-        live = live & lt(t + near, far);
-        for (int k = 0; k < steps; k++) {
-            if (!any(live)) break;
-            const F now = Scene::distance(ox + dx * t, oy + dy * t, oz + dz * t, live) * step, passed = chord * t;
-            const M known = lt(splat(0.0f), taken), gap = known & lt(abs(now) + before + passed, taken);
-            const M found = live & ~gap & lt(now, near);
-            slope = sel(live, sel(gap, splat(guess()), sel(known, change(now, before, taken, known), slope)), slope);
-            r = sel(live, now, r);
-            hit = hit | found;
-            live = live & ~found;
-            const F root = sel(lt(slope, splat(-0.05f)), min(now / -slope, now + passed), now);
-            const F ahead = sel(gap, before - taken, min(max(1.9f * now / (1.0f - slope), root), max(far - near - t, now)));
-            t = sel(live, t + ahead, t);
-            taken = sel(gap, splat(0.0f), ahead);
-            before = sel(gap, splat(0.0f), now);
-            live = live & lt(t, far);  // no number ends the ray: no surface is there
-        }
-        hit = hit | live;  // what is still under way after so many steps grazes a surface
-        if (any(hit)) {
-            const F falls = min(slope, splat(-0.1f)), there = max(t - r / falls, first), moved = there - t;
-            const M known = lt(splat(0.0f), abs(moved));
-            const F next = Scene::distance(ox + dx * there, oy + dy * there, oz + dz * there, hit) * step;
-            t = sel(hit, max(there - next / sel(known, min(change(next, r, moved, known), splat(-0.1f)), falls), first), t);
-        }
-        return hit;
-    }
 };

@@ -19,6 +19,7 @@ from sdfprt.rendering.pieces import GRAIN
 from sdfprt.sdf import shadow
 from sdfprt.sdf.scene import NORMAL_STEP, Scene
 
+_AT_ONCE = 2048  # threads of a multiprocessor, or more
 _BLOCK = 64  # threads of a block on CUDA: one long ray holds up no more than two warps
 
 
@@ -37,20 +38,23 @@ class PlaneTracer:
         self.cones = torch.zeros(kernels.padded(-(-size[0] // GRAIN) * -(-size[1] // GRAIN)), device=where)
         self.discs, self.levels = torch.zeros((max(suns, 1), 7), device=where), torch.zeros(3, device=where)
         self.box = torch.tensor(np.ravel(scene.bounds), dtype=torch.float32, device=where)
-        flat, march = kernels.FLOATS, {"width": int, "height": int, "step": float, "steps": int}
+        self.next = torch.zeros(1, dtype=torch.int32, device=where)
+        flat, march = kernels.FLOATS, {"next": kernels.WHOLES, "width": int, "height": int, "step": float, "steps": int}
         self.free = kernels.build(
             f"#define GRAIN {GRAIN}\n" + scene.native,
             ("sdf/trace.h", "sdf/cones.h"),
             {**dict.fromkeys(("camera", "cones", "box"), flat), **march},
         )
-        given = f"#define GRAIN {GRAIN}\n#define SDFPRT_HAS_ALBEDO {int(scene.has_albedo)}\n"
-        given += f"#define SDFPRT_HAS_EXPONENT {int(scene.has_exponent)}\n"
-        planes = dict.fromkeys(("camera", "cones", "points", "normals", "colours", "box"), flat)
         self.seen = kernels.build(
-            given + scene.native + scene.native_colour,
+            f"#define GRAIN {GRAIN}\n" + scene.native,
             ("sdf/trace.h", "sdf/seen.h"),
-            {**planes, **march, "near": float, "taps": float},
+            {**dict.fromkeys(("camera", "cones", "points", "normals", "box"), flat), **march, "near": float, "tap": float},
         )
+        self.painted = None
+        if own:
+            given = f"#define SDFPRT_HAS_ALBEDO {int(scene.has_albedo)}\n#define SDFPRT_HAS_EXPONENT {int(scene.has_exponent)}\n"
+            arguments = dict.fromkeys(("points", "normals", "colours"), flat)
+            self.painted = kernels.build(given + scene.native_colour, ("sdf/painted.h",), arguments)
         self.sunlight = shadow.kernel(scene, planes=True) if suns else None
 
     def set_suns(self, suns: Suns, exponent: float) -> None:
@@ -62,21 +66,29 @@ class PlaneTracer:
         """Fill the planes for what `camera` holds (picture.view), and `discs`."""
         self.find_free()
         self.find_hits()
+        if self.painted is not None:
+            self.paint()
         if self.sunlight is not None:
             self.add_suns()
 
     def find_free(self) -> None:
         """How far the cones are free."""
         numbers = [*self.size, self.scene.step, settings.Trace.steps]
-        _launch(self.free, len(self.cones), [self.camera, self.cones, self.box], numbers)
+        _launch(self.free, len(self.cones), [self.camera, self.cones, self.box, self.next], numbers)
 
     def find_hits(self) -> None:
-        """Points, normals and colours."""
-        scene, planes = self.scene, self.planes
-        seen = [self.camera, self.cones, planes.points, planes.normals, planes.colours, self.box]
+        """Points and normals."""
+        scene, planes, count = self.scene, self.planes, len(self.planes.points)
+        seen = [self.camera, self.cones, planes.points, planes.normals, self.box, self.next]
         near, taps = settings.Trace.hit * scene.diagonal, NORMAL_STEP * scene.diagonal
-        numbers = [*self.size, scene.step, settings.Trace.steps, near, taps]
-        _launch(self.seen, len(planes.points), seen, numbers)
+        if self.next.is_cuda:  # as many threads as the card has at once: each takes samples as long as there are some
+            count = min(count, _AT_ONCE * torch.cuda.get_device_properties(self.next.device).multi_processor_count)
+        _launch(self.seen, count, seen, [*self.size, scene.step, settings.Trace.steps, near, taps])
+
+    def paint(self) -> None:
+        """The scene's own colours."""
+        planes = self.planes
+        _launch(self.painted, len(planes.points), [planes.points, planes.normals, planes.colours], [])
 
     def add_suns(self) -> None:
         """Sums over the discs."""
@@ -97,7 +109,7 @@ def in_rows(plane: Float[Tensor, "n 4"], size: tuple[int, int]) -> Float[Tensor,
 def _launch(kernel: Any, count: int, tensors: list[Tensor], numbers: list[float]) -> None:
     """Over whole packets, in torch's order of work."""
     wp = kernels.warp()
-    arrays = [wp.from_torch(each.reshape(-1), dtype=wp.float32) for each in tensors]
+    arrays = [wp.from_torch(each.reshape(-1), dtype=wp.int32 if each.dtype == torch.int32 else wp.float32) for each in tensors]
     stream = _stream(torch.cuda.current_stream(tensors[0].device)) if tensors[0].is_cuda else None
     kernels.launch(kernel, count // kernels.lanes(), [*arrays, *numbers], stream, _BLOCK)
 

@@ -17,7 +17,7 @@ is checked, side by side; then what is timed, one after another, the most tellin
 
 What the CPU says lies in bench/gpu.npz; `sdfprt bench gpu --write-reference` makes it anew on a machine with Mesa's CPU
 driver. Without a card, and with SDFPRT_DEVICE=scalar, every step runs on a CPU, small, as a rehearsal. Writes gpu.md,
-gpu.json, gpu.png and gpu-pictures.png.
+gpu.json, gpu.png, and gpu-pictures.npz and .png.
 """
 
 import argparse
@@ -701,9 +701,20 @@ def answers(steps: Sequence[str], seconds: float, place: Path) -> Iterator[tuple
         yield name, {"rows": rows, "seconds": max(each["seconds"] for each in of_parts), "reason": reason}
 
 
+def figures(place: Path) -> None:
+    """Of the numbers and pictures that a run left there."""
+    page.plot(json.loads((place / "gpu.json").read_text()), place / "gpu.png")
+    if (place / "gpu-pictures.npz").is_file():
+        with np.load(place / "gpu-pictures.npz") as kept:
+            page.contact_sheet({name: kept[name] for name in kept.files}, place / "gpu-pictures.png")
+
+
 def main() -> None:
     parser = bench.parser("gpu", __doc__)
     parser.add_argument("--write-reference", action="store_true", help="make bench/gpu.npz anew, on a CPU")
+    parser.add_argument(
+        "--figures", action="store_true", help="only draw gpu.png and gpu-pictures.png of a run that lies in OUTPUT"
+    )
     parser.add_argument("--steps", nargs="+", choices=list(STEPS), default=list(STEPS))
     parser.add_argument("--seconds", type=float, default=345.0, help="that all steps may take together")
     parser.add_argument("--step", choices=list(STEPS), help=argparse.SUPPRESS)
@@ -714,6 +725,9 @@ def main() -> None:
         if not rehearsed():
             raise SdfprtError("bench gpu --write-reference: on a CPU only; unset SDFPRT_DEVICE")
         write_reference()
+        return
+    if args.figures:
+        figures(args.output)
         return
     if args.step:
         with args.rows.open("w") as file:
@@ -733,9 +747,12 @@ def main() -> None:
     took = f"{time.perf_counter() - start:.0f} s"
     line = bench.setting(f"kernels on {os.environ[DEVICE]}", platform.platform(), took)
     bench.save(args.output, "gpu", "On a GPU", line, page.body(results, rehearsed()), results)
-    page.plot(results, args.output / "gpu.png")
     if drawn:
-        page.contact_sheet(drawn, args.output / "gpu-pictures.png")
+        np.savez_compressed(args.output / "gpu-pictures.npz", allow_pickle=False, **drawn)
+    try:
+        figures(args.output)
+    except ImportError as error:
+        print(f"No figure here ({error}); elsewhere: sdfprt bench gpu --figures -o {args.output}")
 
 
 if __name__ == "__main__":

@@ -81,6 +81,17 @@ def test_the_figure_and_the_sheet_of_pictures_are_written(results: page.Results,
     assert all(matplotlib.image.imread(path).std() > 0.05 for path in tmp_path.iterdir())
 
 
+def test_figures_are_drawn_later_of_what_a_run_left(results: page.Results, tmp_path: Path):
+    with pytest.raises(FileNotFoundError):
+        gpu.figures(tmp_path)
+    (tmp_path / "gpu.json").write_text(json.dumps({"setting": "here", **results}))
+    gpu.figures(tmp_path)
+    picture = np.random.default_rng(0).uniform(size=(8, 8, 3))
+    np.savez(tmp_path / "gpu-pictures.npz", allow_pickle=False, **{"expected/fish": picture, "glsl/fish": picture})
+    gpu.figures(tmp_path)
+    assert {path.name for path in tmp_path.glob("*.png")} == {"gpu.png", "gpu-pictures.png"}
+
+
 def test_every_step_has_a_title_and_their_limits_fit_into_six_minutes():
     assert set(page.TITLES) == set(gpu.STEPS) and set(page.CAPTIONS) <= set(gpu.STEPS)
     beside = [step.seconds for step in gpu.STEPS.values() if not step.timed]

@@ -44,6 +44,7 @@ BACKGROUND = ("grid", "camera", "latlong", "background")
 MEAN = ("grid", "mean")
 GRAIN = 4  # samples along a side that a cone of the coarse pass holds
 _TEXELS = 1024  # in a row of the texture of weights
+_NETS = 8  # networks, and how they are drawn, whose sizes are not worked out anew in each frame
 _TILE = 8  # points and neurons of an invocation of blocks.glsl
 _SHARED = 32_768  # bytes of shared memory that a work group has with every driver (OpenGL 4.3, table 23.60)
 
@@ -130,6 +131,7 @@ def shadow_uniforms(scene: Scene) -> dict[str, Any]:
     }
 
 
+@functools.lru_cache(maxsize=_NETS)
 def network_uniforms(net: AnyNet) -> dict[str, Any]:
     """Uniforms of network.glsl, or of cells.glsl, without the weights."""
     above = {"networkOpen": float(networks(net)[0].residual)}
@@ -401,6 +403,7 @@ def sun_uniforms(suns: Suns) -> dict[str, Any]:
     return {"sunCount": len(suns), "sunDirection": directions, "sunEnergy": energy, "sunRough": suns.levels}
 
 
+@functools.lru_cache(maxsize=_NETS)
 def defines(net: AnyNet, variant: Variant) -> str:
     """The sizes that the pieces ask for, in fours where they count vectors."""
     count, net = len(networks(net)), networks(net)[0]

@@ -23,7 +23,7 @@ struct Tree : Simd {
     }
     // Which of the live rays meet nothing
     inline CUDA_CALLABLE M free(Ray& ray, M live) const {
-#ifdef SDFPRT_MASKS
+#if defined(SDFPRT_WARP_TREE) && defined(SDFPRT_MASKS)
         return live & ~meet(ray, live);
 #elif defined(SDFPRT_WARP_TREE)
         return live && !mesh_query_ray_anyhit(address[0], vec3(ray.x, ray.y, ray.z), vec3(ray.u, ray.v, ray.w), ray.far) ? -1 : 0;
@@ -34,30 +34,33 @@ struct Tree : Simd {
     }
     // Which of the live rays meet something: triangle, weights, normal and far are what they meet
     inline CUDA_CALLABLE M meet(Ray& ray, M live) const {
-#ifdef SDFPRT_MASKS
+#ifdef SDFPRT_WARP_TREE
         const int MOST_HOLES = 1024;     // in a row; more are a fault of numbers
-        const float BEHIND = 1.000001f;  // of the distance to a hole: some roundings of it
-        M met = nearest(ray, live), within = holes(ray, met);
-        // Behind a hole a ray begins anew
-        for (int passed = 0; passed < MOST_HOLES && any(within); passed++) {
-            ray.near = sel(within, ray.far * BEHIND, ray.near);
-            ray.far = sel(within, splat(1e30f), ray.far);
-            ray.mesh = sel(within, splat(0xffffffffu), ray.mesh);
-            const M again = nearest(ray, within);
-            met = met & (~within | again);
-            within = holes(ray, again);
+        const float BEHIND = 1.000001f;  // of the distance to a hole, some roundings of it: there the ray begins anew
+        float t, first, second, side;
+        vec3 normal;
+        int face;
+        const vec3 along(ray.u, ray.v, ray.w);
+        for (int passed = 0; live; passed++) {
+            const vec3 from = vec3(ray.x, ray.y, ray.z) + along * ray.near;
+            if (!mesh_query_ray(address[0], from, along, ray.far, t, first, second, side, normal, face)) return 0;
+#ifdef SDFPRT_MASKS
+            if (passed < MOST_HOLES && hole(face, second, 1.0f - first - second)) {
+                ray.near = (ray.near + t) * BEHIND;
+                continue;
+            }
+#endif
+            ray.far = ray.near + t, ray.second = second, ray.third = 1.0f - first - second, ray.triangle = (unsigned)face, ray.mesh = 0u;
+            ray.normal_x = normal[0], ray.normal_y = normal[1], ray.normal_z = normal[2];
+            return -1;
         }
-        return met;
+        return 0;
+#else
+        cast(address[2], ray, live);
+        return live & ~eq(as_I(ray.mesh), splat(-1));
+#endif
     }
-    // Which of the rays that have met something have met a hole
-    inline CUDA_CALLABLE M holes(const Ray& ray, M met) const {
-        I found = splat(0);
-        for (unsigned left = bits(met); left; left &= left - 1) {
-            const int k = lowest(left);
-            if (hole(lane(as_I(ray.triangle), k), lane(ray.second, k), lane(ray.third, k))) set(found, k, -1);
-        }
-        return lt(found, splat(0));
-    }
+#ifdef SDFPRT_MASKS
     // Whether a place on a triangle is in a hole: bilinear, as parts.bilinear has it
     inline CUDA_CALLABLE bool hole(int face, float second, float third) const {
         const int mask = ((const int*)address[3])[face];
@@ -76,30 +79,53 @@ struct Tree : Simd {
         return high * (1.0f - down) + (lower[column] * (1.0f - across) + lower[next] * across) * down < 0.0f;
     }
     static inline CUDA_CALLABLE int wrapped(int at, int count) { return at % count < 0 ? at % count + count : at % count; }
-    // `meet` without holes, from `near` on
-    inline CUDA_CALLABLE M nearest(Ray& ray, M live) const {
 #endif
-#ifdef SDFPRT_WARP_TREE
-        float t, one, second, side;
-        vec3 normal;
-        int face;
-        const vec3 along(ray.u, ray.v, ray.w), from = vec3(ray.x, ray.y, ray.z) + along * ray.near;
-        if (!live || !mesh_query_ray(address[0], from, along, ray.far, t, one, second, side, normal, face)) return 0;
-        ray.far = ray.near + t, ray.second = second, ray.third = 1.0f - one - second, ray.triangle = (unsigned)face, ray.mesh = 0u;
-        ray.normal_x = normal[0], ray.normal_y = normal[1], ray.normal_z = normal[2];
-        return -1;
-#else
-        cast(address[2], ray, live);
-        return live & ~eq(as_I(ray.mesh), splat(-1));
-#endif
-    }
 #ifndef SDFPRT_WARP_TREE
+#ifdef SDFPRT_MASKS
+    // Laid out as Embree has them: RTCFilterFunctionNArguments, RTCRayQueryContext with room for more, RTCIntersectArguments
+    struct Asked {
+        int* valid;
+        void* geometry;
+        const void *context, *ray;
+        const float* hit;  // normal, weights, triangle, of `count` rays each
+        unsigned count;
+    };
+    struct Context {
+        unsigned instance[16];
+        const Tree* tree;
+    };
+    struct Arguments {
+        int flags, features;
+        Context* context;
+        void (*filter)(const Asked*);
+        void* more[4];
+    };
+    // What Embree asks at each hit: it goes on where the hit is a hole
+    static void pass(const Asked* asked) {
+        const Tree* tree = ((const Context*)asked->context)->tree;
+        const unsigned count = asked->count;
+        for (unsigned k = 0; k < count; k++) {
+            const float* hit = asked->hit + k;
+            if (asked->valid[k] && tree->hole(((const int*)hit)[5 * count], hit[3 * count], hit[4 * count])) asked->valid[k] = 0;
+        }
+    }
+#endif
     inline void cast(unsigned long long function, Ray& ray, M live) const {
         void* scene = (void*)address[0];
-#if SDFPRT_LANES == 1
-        if (live) ((void (*)(void*, Ray*, void*))function)(scene, &ray, nullptr);
+#ifdef SDFPRT_MASKS
+        Context context;
+        for (int k = 0; k < 16; k++) context.instance[k] = 0xffffffffu;
+        context.tree = this;
+        const int ALL = -1;  // RTC_FEATURE_FLAG_ALL
+        Arguments asking = {0, ALL, &context, pass, {nullptr, nullptr, nullptr, nullptr}};
+        void* arguments = &asking;
 #else
-        ((void (*)(const M*, void*, Ray*, void*))function)(&live, scene, &ray, nullptr);
+        void* arguments = nullptr;
+#endif
+#if SDFPRT_LANES == 1
+        if (live) ((void (*)(void*, Ray*, void*))function)(scene, &ray, arguments);
+#else
+        ((void (*)(const M*, void*, Ray*, void*))function)(&live, scene, &ray, arguments);
 #endif
     }
 #endif

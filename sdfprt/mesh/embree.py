@@ -41,6 +41,7 @@ def _library() -> ctypes.CDLL:
         ("rtcNewScene", pointer, [pointer]),
         ("rtcNewGeometry", pointer, [pointer, whole]),
         ("rtcSetSharedGeometryBuffer", None, [pointer, whole, whole, whole, pointer, size, size, size]),
+        ("rtcSetGeometryEnableFilterFunctionFromArguments", None, [pointer, ctypes.c_bool]),
         ("rtcCommitGeometry", None, [pointer]),
         ("rtcAttachGeometry", whole, [pointer, pointer]),
         ("rtcReleaseGeometry", None, [pointer]),
@@ -61,9 +62,9 @@ def _device() -> int:
 
 
 class Tree:
-    """The bounding volumes of a mesh; `handles` are what kernels/mesh/tree.h reads."""
+    """The bounding volumes of a mesh; `handles` are what kernels/mesh/tree.h reads. `asks`: the kernel is asked about each hit."""
 
-    def __init__(self, vertices: Float[ndarray, "v 3"], faces: Int[ndarray, "f 3"]) -> None:
+    def __init__(self, vertices: Float[ndarray, "v 3"], faces: Int[ndarray, "f 3"], asks: bool = False) -> None:
         library = _library()
         # Shared, not copied; Embree reads 16 bytes of the last vertex
         self._vertices = np.zeros((len(vertices) + 1, 3), np.float32)
@@ -76,6 +77,7 @@ class Tree:
             (_INDICES, _UINT3, self._faces, len(faces)),
         ):
             library.rtcSetSharedGeometryBuffer(geometry, kind, 0, layout, values.ctypes.data, 0, 12, count)
+        library.rtcSetGeometryEnableFilterFunctionFromArguments(geometry, asks)
         library.rtcCommitGeometry(geometry)
         library.rtcAttachGeometry(self.scene, geometry)
         library.rtcReleaseGeometry(geometry)

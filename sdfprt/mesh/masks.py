@@ -1,4 +1,4 @@
-"""Holes by masks, as kernels/mesh/tree.h reads them: where a ray meets one, it goes on behind it."""
+"""Holes by masks, as kernels/mesh/tree.h reads them: where a ray meets one, it goes on."""
 
 from dataclasses import dataclass
 

@@ -49,7 +49,8 @@ def tree(scene: MeshScene) -> Tree | WarpTree:
     kept = _trees.setdefault(scene, {})
     where = kernels.device() if by_warp() else "cpu"
     if where not in kept:
-        kept[where] = (WarpTree if by_warp() else Tree)(scene.vertices, scene.faces)
+        masked = bool(scene.masked)
+        kept[where] = WarpTree(scene.vertices, scene.faces) if by_warp() else Tree(scene.vertices, scene.faces, masked)
     return kept[where]
 
 

@@ -12,6 +12,7 @@ from PIL import Image
 from soups import square
 
 from sdfprt.baking.sdf import bake
+from sdfprt.core import kernels
 from sdfprt.core.errors import SdfprtError
 from sdfprt.imaging.camera import Camera
 from sdfprt.light.light import Light
@@ -85,6 +86,15 @@ def test_rays_pass_through_holes(where: str, monkeypatch: pytest.MonkeyPatch) ->
     upright = np.full(500, int(np.flatnonzero(holed.finish == 1)[0]))
     at = holed.interpolated(holed.vertices, upright, everywhere)[:, 0]
     np.testing.assert_array_equal(holed.solid(upright, everywhere), np.floor((at + 1) / 2 * STRIPS) % 2 == 1)
+
+
+def test_rays_through_holes_compile_for_cuda(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(kernels, "device", lambda: "cuda")
+    kinds = {"rows": kernels.FLOATS, "out": kernels.FLOATS, "handles": kernels.WHOLES, "total": int}
+    for piece in ("mesh/free.h", "mesh/meet.h"):
+        kernel = kernels.build(rays.preamble(masked()), ("mesh/tree.h", "mesh/ray.h", piece), kinds)
+        kernels.warp().compile_aot_module(kernel.module, arch=86, module_dir=str(tmp_path), use_ptx=True)
+        assert any(tmp_path.iterdir())
 
 
 def test_a_ray_passes_any_number_of_holes_in_a_row() -> None:

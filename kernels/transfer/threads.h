@@ -9,7 +9,7 @@
 //
 // The field stands in one place of the text, since compilers copy it to each place where it is asked for, and that takes them long.
 // With a lattice a turn is by the lattice or, where nobody needs that or FULL threads wait for it, by the field. `parts` points
-// share a warp, 1, 2, 4 or 8; beyond the last point it is repeated, so that warps are whole.
+// share a warp, 1, 2, 4 or 8: those at `begin` to `end` - 1 in `order`, whose last is repeated, so that warps are whole.
 constexpr int BUSY = 26;    // of 32 threads, whose rays have not ended
 constexpr int FULL = 16;    // of 32 threads, whose rays need the field
 constexpr int NEAR = 16;    // balls of a point
@@ -52,7 +52,7 @@ struct Team {
     Balls balls[1];
     unsigned char free[POOL];
 #endif
-    const int first = item / Team::size() * parts;
+    const int first = begin + item / Team::size() * parts;
     Lattice lattice;
     lattice.read(records.data, clear.data, frame.data);
     const bool has_lattice = lattice.nx > 0;
@@ -69,7 +69,7 @@ struct Team {
     Steps::Rays ray;
     ray.ray = ray.sector = 0;
     int holder = -1, left = 0;  // the point whose ray it is; turns left until a ray that is still under way counts as met
-    Directions directions(normals.data + 3 * (first < total ? first : total - 1), 0, seed, sequence.data, rays);
+    Directions directions(normals.data, 0, seed, sequence.data, rays);
     bool under_way = false, by_field = true;
     int batch = -1, count = NEAR, taken = 0;  // first ray of the batch, -1 for balls; rays, or balls, of a point; handed out
     if (!shadowed) taken = parts * count;
@@ -79,12 +79,12 @@ struct Team {
             const int next = taken + Team::before(!under_way);
             taken += Team::count(!under_way);
             if (!under_way && next < parts * count) {
-                const int which = next / count, number = first + which, point = number < total ? number : total - 1;
+                const int which = next / count, point = order.data[first + which < end ? first + which : end - 1];
                 const float* n = normals.data + 3 * point;
                 if (holder != which) {
                     holder = which;
                     const float* p = points.data + 3 * point;
-                    directions = Directions(n, numbers.data[point], seed, sequence.data, rays);
+                    directions = Directions(n, start + point, seed, sequence.data, rays);
                     ray.x = (p[0] + n[0] * offset - ax) * scale;
                     ray.y = (p[1] + n[1] * offset - ay) * scale;
                     ray.z = (p[2] + n[2] * offset - az) * scale;
@@ -125,8 +125,8 @@ struct Team {
                 // The batch is done
                 Team::wait();
                 if (batch >= 0) {
-                    const int number = first + own, point = number < total ? number : total - 1;
-                    const Directions of_own(normals.data + 3 * point, numbers.data[point], seed, sequence.data, rays);
+                    const int point = order.data[first + own < end ? first + own : end - 1];
+                    const Directions of_own(normals.data + 3 * point, start + point, seed, sequence.data, rays);
 #pragma unroll 1
                     for (int k = offset_in_batch; k < count; k += each)
                         if (free[own * count + k]) {
@@ -184,7 +184,7 @@ struct Team {
     }
     for (int i = 0; i < bands * bands; i++) {
         const float all = Team::sum(sum[i], each);
-        const int number = first + own;
-        if (number < total && offset_in_batch == 0) out.data[number * bands * bands + i] = all * 3.14159265f / (float)rays;
+        if (first + own < end && offset_in_batch == 0)
+            out.data[order.data[first + own] * bands * bands + i] = all * 3.14159265f / (float)rays;
     }
 }

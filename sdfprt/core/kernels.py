@@ -105,8 +105,8 @@ def array(values: Any, kind: Any = float) -> "wp.array":
     return _allocated(lambda: warp().array(flat, dtype=kind, device=_place(), copy=False), flat.nbytes)
 
 
-def zeros(count: int) -> "wp.array":
-    return _allocated(lambda: warp().zeros(count, dtype=float, device=_place()), 4 * count)
+def zeros(count: int, kind: type = float) -> "wp.array":
+    return _allocated(lambda: warp().zeros(count, dtype=kind, device=_place()), 4 * count)
 
 
 class OutOfMemory(SdfprtError):

@@ -26,7 +26,7 @@ _INNER = np.array(list(product((0.25, 0.75), repeat=3)))  # eight more places at
 _MOST = 3 << 15  # cells of a level that are cut at most, the nearest to the surface; rays ask the field in the others
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Lattice:
     """Records of two words, four numbers of 16 bits: distance at the cell's first corner and its change along x, y and z.
 

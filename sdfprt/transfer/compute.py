@@ -1,5 +1,6 @@
 """Transfer: cosine-weighted visibility in SH, T_i = integral of V(p,w) max(n.w, 0) y_i(w) dw (learnt transfer, Eq. 2)."""
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -19,30 +20,30 @@ from sdfprt.transfer import projection
 from sdfprt.transfer.mesh import mesh_transfer
 from sdfprt.transfer.projection import LANES
 
-_CHUNK = 16_384  # points a launch
+_CHUNK = 16_384  # points a launch by packets
+_POINTS = 1 << 20  # that are sent to a card together
 _RAYS = 1 << 25  # a launch on a card: a slow one that draws the screen too must not seem to hang
 _WARPS = 1 << 13  # of a launch that keep a card busy
-_REGISTERS = 80  # of a thread on a card: three blocks of 256 fit a processor
+_REGISTERS = 64  # of a thread on a card: four blocks of 256 fit a processor (an H200 was slower with 80, 96 and 128)
 MAX_BANDS, MAX_RAYS = 8, 1 << 20
-GROUP = 32  # points an item on the CPU, as SDFPRT_GROUP in kernels/transfer/packets.h
+GROUP = 32  # points an item by packets, as SDFPRT_GROUP in kernels/transfer/packets.h
+_COMMON = {
+    **dict.fromkeys(("points", "normals", "out", "box", "recurrence", "sequence", "frame"), kernels.FLOATS),
+    **dict.fromkeys(("records", "clear"), kernels.WHOLES),
+    **dict.fromkeys(("bands", "rays", "seed", "shadowed", "steps"), int),
+    **dict.fromkeys(("offset", "near", "step"), float),
+}
+PACKETS = {**_COMMON, "numbers": kernels.WHOLES, "total": int}  # arguments of kernels/transfer/transfer.h
+THREADS = {**_COMMON, "order": kernels.WHOLES, **dict.fromkeys(("start", "begin", "end", "parts"), int)}  # and of threads.h
+PIECES = "sdf/trace.h", "sdf/lattice.h", "transfer/steps.h", "transfer/projection.h", "transfer/threads.h"  # before and with it
 
 
 def kernel(scene: Scene) -> Any:
     """What computes transfer: GROUP points an item by packets, or with one lane, as on CUDA, a thread of a warp."""
-    flat, whole = kernels.FLOATS, kernels.WHOLES
+    if kernels.lanes() == 1:
+        return kernels.build(scene.native, PIECES, THREADS, lanes=LANES, registers=_REGISTERS)
     packets = "transfer/queue.h", "transfer/packets.h", "transfer/projection.h", "transfer/transfer.h"
-    threads = "transfer/projection.h", "transfer/threads.h"
-    return kernels.build(
-        scene.native,
-        ("sdf/trace.h", "sdf/lattice.h", "transfer/steps.h", *(threads if kernels.lanes() == 1 else packets)),
-        {
-            "points": flat, "normals": flat, "out": flat, "box": flat, "recurrence": flat, "sequence": flat,
-            "records": whole, "clear": whole, "frame": flat, "numbers": whole, "bands": int, "rays": int, "seed": int,
-            "shadowed": int, "total": int, "parts": int, "offset": float, "near": float, "step": float, "steps": int,
-        },
-        lanes=LANES,
-        registers=_REGISTERS,
-    )  # fmt: skip
+    return kernels.build(scene.native, ("sdf/trace.h", "sdf/lattice.h", "transfer/steps.h", *packets), PACKETS, lanes=LANES)
 
 
 @checked(bands=(1, MAX_BANDS), rays=(1, MAX_RAYS), start=(0, None))
@@ -76,35 +77,71 @@ def compute_transfer(
         return mesh_transfer(scene, points, normals, bands, rays, seed, shadowed, start, sampling)
     traced = kernel(scene)
     result = np.empty((len(points), bands * bands), np.float32)
-    recurrence = kernels.array(projection.recurrence(bands))
-    size = scene.diagonal
-    limits = [settings.Trace.lift * size, settings.Trace.epsilon * size, scene.step]
-    sequence = kernels.array(projection.sequence(rays, sampling, seed))
-    by = lattice or NO_LATTICE
-    box = kernels.array(lattice.box if lattice else scene.bounds)
-    stand_in = [kernels.array(by.records, int), kernels.array(by.clear, int), kernels.array(by.frame)]
-    on_card = kernels.device().startswith("cuda")
-    chunk = max(min(_RAYS // rays, len(points)), 1) if on_card else _CHUNK
-    along = projection.neighbours(points, scene.bounds)
+    common = {
+        "box": kernels.array(lattice.box if lattice else scene.bounds),
+        "recurrence": kernels.array(projection.recurrence(bands)),
+        "sequence": kernels.array(projection.sequence(rays, sampling, seed)),
+        **_sent(lattice or NO_LATTICE, kernels.device()),
+        **{"bands": bands, "rays": rays, "seed": seed, "shadowed": int(shadowed), "steps": settings.Trace.steps},
+        **{"offset": settings.Trace.lift * scene.diagonal, "near": settings.Trace.epsilon * scene.diagonal, "step": scene.step},
+    }
+
+    def by_packets(rows: slice) -> None:
+        part = along[rows]
+        own: dict[str, Any] = {"points": kernels.array(points[part]), "normals": kernels.array(normals[part])}
+        own |= {"out": kernels.zeros(len(part) * bands * bands), "numbers": kernels.array(start + part, int), "total": len(part)}
+        _launch(traced, -(-len(part) // GROUP), PACKETS, common | own)
+        result[part] = own["out"].numpy().reshape(len(part), -1)
+        advance(len(part))
+
+    def by_threads(rows: slice) -> None:
+        own: dict[str, Any] = {"points": kernels.array(points[rows]), "normals": kernels.array(normals[rows])}
+        count, on_card = rows.stop - rows.start, kernels.device().startswith("cuda")
+        own |= {
+            "out": kernels.zeros(count * bands * bands),
+            "order": _ordered(own["points"], count, scene),
+            "start": start + rows.start,
+        }
+        most = max(_RAYS // rays, 1)
+        for begin in range(0, count, most):
+            end = min(begin + most, count)
+            parts = _sharing(end - begin) if on_card else 1
+            items = -(-(end - begin) // parts) * (32 if on_card else 1)
+            _launch(traced, items, THREADS, common | own | {"begin": begin, "end": end, "parts": parts})
+        result[rows] = own["out"].numpy().reshape(count, -1)
+        advance(count)
+
     with track("transfer", len(points)) as advance:
-
-        def trace(rows: slice) -> None:
-            part = along[rows]
-            count = len(part)
-            parts = _sharing(count) if on_card else 1
-            out = kernels.zeros(count * bands * bands)
-            arrays = [kernels.array(x[part]) for x in (points, normals)]
-            numbers = kernels.array(start + part, int)
-            fixed = [out, box, recurrence, sequence, *stand_in, numbers, bands, rays, seed, int(shadowed), count, parts]
-            items = -(-count // GROUP) if kernels.lanes() > 1 else -(-count // parts) * 32 if on_card else count
-            kernels.launch(traced, items, [*arrays, *fixed, *limits, settings.Trace.steps])
-            result[part] = out.numpy().reshape(count, -1)
-            advance(count)
-
-        kernels.in_batches(len(points), chunk, trace)
+        if kernels.lanes() == 1:
+            kernels.in_batches(len(points), _POINTS, by_threads)
+        else:
+            along = projection.neighbours(points, scene.bounds)
+            kernels.in_batches(len(points), _CHUNK, by_packets)
     if not np.isfinite(result).all():
         raise SdfprtError(f"{scene.file}: transfer is not finite; does the SDF give NaN? `sdfprt check` counts them")
     return result
+
+
+def _launch(traced: Any, items: int, kinds: dict[str, Any], arguments: dict[str, Any]) -> None:
+    kernels.launch(traced, items, [arguments[name] for name in kinds])
+
+
+def _ordered(points: Any, count: int, scene: Scene) -> Any:
+    """As `projection.neighbours`, where kernels run."""
+    low, high = np.asarray(scene.bounds)
+    kinds = {"points": kernels.FLOATS, "low": kernels.FLOATS, "scale": float, "places": kernels.WHOLES, "order": kernels.WHOLES}
+    places, order = (kernels.zeros(2 * count, int) for _ in range(2))  # twice the room, to sort in
+    placed = kernels.build("", ("transfer/place.h",), kinds, lanes=LANES)
+    kernels.launch(placed, count, [points, kernels.array(low), 1024 / float((high - low).max()), places, order])
+    kernels.warp().utils.radix_sort_pairs(places, order, count)
+    return order
+
+
+@functools.lru_cache(maxsize=2)
+def _sent(lattice: Lattice, device: str) -> dict[str, Any]:
+    """What kernels/sdf/lattice.h reads, on the device."""
+    kinds = {"records": int, "clear": int, "frame": float}
+    return {name: kernels.array(getattr(lattice, name), kind) for name, kind in kinds.items()}
 
 
 def _sharing(points: int) -> int:

@@ -16,7 +16,6 @@ from pathlib import Path
 
 import common as bench
 
-import sdfprt
 from sdfprt.baking.asset import Asset
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.resources import folder
@@ -45,7 +44,7 @@ def measure(source: str, kind: str, flags: list[str]) -> bench.Row:
         work, asset = Path(name), Path(name) / "out.safetensors"
         scene = copied(source, work)
         environment = {**os.environ, "XDG_CACHE_HOME": name, "WARP_CACHE_PATH": str(work / "warp")}
-        environment |= {"SDFPRT_CACHE": str(work / "cache"), "PYTHONPATH": str(Path(sdfprt.__file__).parent.parent)}
+        environment |= {"SDFPRT_CACHE": str(work / "cache"), "PYTHONPATH": bench.importable()}
         command = [sys.executable, "-m", "sdfprt", "bake", str(scene), "-o", str(asset), *flags]
         begun, start = time.time(), time.perf_counter()
         with (work / "said").open("w") as said:

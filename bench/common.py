@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
+import sdfprt
 from sdfprt.core.files import atomic_write
 
 Row = dict[str, Any]
@@ -49,6 +50,12 @@ def _processor() -> str:
         return platform.processor() or platform.machine()
     names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
     return names[0] if names else platform.machine()
+
+
+def importable() -> str:
+    """$PYTHONPATH for a process that shall run this checkout, and find what this process was given."""
+    given = os.environ.get("PYTHONPATH", "")
+    return os.pathsep.join([str(Path(sdfprt.__file__).parent.parent), *([given] if given else [])])
 
 
 def seconds(run: Run) -> float:

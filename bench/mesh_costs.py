@@ -16,7 +16,6 @@ from mesh_frames import TRIANGLES
 from mesh_scenes import serpent
 from transfer import directions, ray_tests
 
-import sdfprt
 from sdfprt.core.errors import SdfprtError
 from sdfprt.mesh.rays import lift
 from sdfprt.mesh.samples import sample
@@ -36,7 +35,7 @@ def bakes(args: Namespace) -> dict:
             work = Path(name)
             trimesh.Trimesh(scene.vertices, scene.faces, process=False).export(work / "file.ply")
             environment = {**os.environ, "XDG_CACHE_HOME": name, "WARP_CACHE_PATH": str(work / "warp")}
-            environment |= {"SDFPRT_CACHE": str(work / "cache"), "PYTHONPATH": str(Path(sdfprt.__file__).parent.parent)}
+            environment |= {"SDFPRT_CACHE": str(work / "cache"), "PYTHONPATH": bench.importable()}
             command = [sys.executable, "-m", "sdfprt", "bake", str(work / "file.ply"), "-o", str(work / "out.safetensors"), *own]
             begun, start = time.time(), time.perf_counter()
             with (work / "said").open("w") as said:

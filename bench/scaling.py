@@ -204,7 +204,7 @@ def measure(name: str, turns: int, limit: int) -> list[dict[str, float]]:
     curve, rows = CURVES[name], []
     for x in (value for value in curve.values if value <= limit):
         with tempfile.TemporaryDirectory() as cache:
-            environment = {**os.environ, "PYTHONPATH": str(Path(sdfprt.__file__).parent.parent)}
+            environment = {**os.environ, "PYTHONPATH": bench.importable()}
             environment["MESA_SHADER_CACHE_DISABLE"] = "true"  # a compile holds memory, a cached shader does not
             if curve.cold:
                 environment["WARP_CACHE_PATH"] = cache

@@ -61,11 +61,12 @@ def section(step: str, results: Results) -> str:
     """One step as Markdown."""
     answer = results[step]
     rows, tells = answer["rows"], CAPTIONS.get(step, "").strip()
-    notes = [answer["reason"]] if answer["reason"] else []
+    notes, first = [answer["reason"]] if answer["reason"] else [], ""
     if step in ("frames", "neural", "backends"):
         notes += list(dict.fromkeys(f"{row['back end']}: {row['reason']}" for row in rows if "reason" in row))
-        rows, tells = wide(rows, results), FRAMES if step == "frames" else ""
-    parts = [f"## {TITLES[step]}", tells, bench.table(rows) if rows else "No rows."]
+        tells, first = FRAMES if step == "frames" else "", first_frames(rows)
+        rows = wide(rows, results)
+    parts = [f"## {TITLES[step]}", tells, bench.table(rows) if rows else "No rows.", first]
     parts += [f"Not measured: {' '.join(note.split())}" for note in notes]
     return "\n\n".join(part for part in parts if part) + f"\n\n`--steps {step}`, {answer['seconds']:.0f} s.\n"
 
@@ -75,6 +76,15 @@ def body(results: Results, rehearsed: bool) -> str:
     parts = ["A rehearsal on a CPU: pictures are small, and no figure says anything of a card."] if rehearsed else []
     parts += ["## In short", bench.table(list(goals(results))), *(section(step, results) for step in results)]
     return "\n\n".join(parts)
+
+
+def first_frames(rows: list[Row]) -> str:
+    """How long one waits for the first picture, by back end."""
+    seconds = {
+        name: [row["first frame, s"] for row in rows if row["back end"] == name and "first frame, s" in row] for name in BACKENDS
+    }
+    told = [f"{name} {min(each):.2g} to {max(each):.2g} s" for name, each in seconds.items() if each]
+    return f"First frames, compiling included: {', '.join(told)}." if told else ""
 
 
 def wide(rows: list[Row], results: Results) -> list[Row]:

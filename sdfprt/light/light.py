@@ -63,8 +63,7 @@ class Light:
         if not pixels.size:
             raise SdfprtError(f"light {self.name}: a map of {pixels.shape[1]} x {pixels.shape[0]} texels lights nothing")
         if self._of is not self.pixels:
-            bad = sum(int((~np.isfinite(pixels[rows])).any(axis=2).sum()) for rows in _chunks(pixels))
-            if bad:
+            if bad := _not_finite(pixels):
                 raise SdfprtError(f"light {self.name}: {bad} texels are NaN or infinite; mend the picture before lighting with it")
             if self._of is not None:  # what is known is another map's
                 object.__setattr__(self, "_projected", {})
@@ -91,12 +90,10 @@ class Light:
             raise SdfprtError(f"{source}: no such light; there are {', '.join(_LIBRARY)}, or give an .exr, .hdr or .png file")
         picture = image.read(path)
         rgb, warnings = np.asarray(picture.rgb, np.float32), list(picture.warnings)
-        parts = _chunks(rgb)
-        bad = sum(int((~np.isfinite(rgb[rows])).any(axis=2).sum()) for rows in parts)
-        if bad:
+        if bad := _not_finite(rgb):
             raise SdfprtError(f"{path}: {bad} texels are NaN or infinite; mend the picture before lighting with it")
-        negative = sum(int((rgb[rows] < 0).any(axis=2).sum()) for rows in parts)
-        if negative:
+        if rgb.size and rgb.min() < 0:
+            negative = sum(int((rgb[rows] < 0).any(axis=2).sum()) for rows in _chunks(rgb))
             warnings.append(f"{path.name}: {negative} texels are negative (lowest {rgb.min():.3g}); taken as 0")
             np.maximum(rgb, 0, out=rgb)
         if path.suffix.lower() in (".png", ".jpg", ".jpeg"):
@@ -222,6 +219,16 @@ def _chunks(pixels: ndarray) -> list[slice]:
     """Rows of a map, some at a time, so that what is made of them stays small beside it."""
     step = max(1, _CHUNK // max(pixels.shape[1], 1))
     return [slice(first, first + step) for first in range(0, len(pixels), step)]
+
+
+def _not_finite(pixels: Float[ndarray, "h w 3"]) -> int:
+    """Texels that are NaN or infinite; rows whose sum of squares is finite, which is quickly found, have none."""
+
+    def known(part: ndarray) -> bool:
+        return part.dtype.itemsize >= 4 and bool(np.isfinite(np.vdot(part, part)))
+
+    parts = (pixels[rows] for rows in _chunks(pixels))
+    return sum(0 if known(part) else int((~np.isfinite(part)).any(axis=2).sum()) for part in parts)
 
 
 def _project(pixels: Float[ndarray, "h w 3"], bands: int) -> Float[ndarray, "k 3"]:

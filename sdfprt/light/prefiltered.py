@@ -4,6 +4,7 @@ With them B = sum_j T_j F_j(R) is exact in light and lobe; only transfer is cut 
 all three. A lobe about R turned by an azimuth is the lobe about the turned R: so the integral over each pair of rows of the map is
 a circular convolution, done by the fast Fourier transform, and all of it takes some tenths of a second.
 Lat-long as everywhere (maths/sphere.py), in the frame of the light's map.
+Maps are kept between processes: whoever changes what is computed here raises the version in light/kept.py.
 """
 
 import hashlib

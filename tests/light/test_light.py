@@ -114,6 +114,17 @@ def test_faulty_lights_are_one_clear_error(tmp_path):
         assert name in str(caught.value)
 
 
+@pytest.mark.parametrize("kind", [np.float16, np.float32, np.float64])
+def test_texels_that_are_not_finite_are_counted_and_large_ones_pass(kind: type):
+    large = np.full((3, 4, 3), np.sqrt(float(np.finfo(kind).max)), kind)  # the sum of their squares is none of this kind
+    assert Light(large).pixels is large
+    for number, values in enumerate(([np.nan], [np.inf, -np.inf], [np.inf, np.inf, np.nan]), 1):
+        bad = large.copy()
+        bad[2, : len(values), 1] = values
+        with pytest.raises(SdfprtError, match=f" {number} texels"):
+            Light(bad)
+
+
 def test_negative_texels_become_zero_and_are_said(tmp_path):
     pixels = _spot((0, 0, 1), 16)
     pixels[0, 0] = -5

@@ -18,6 +18,7 @@ class MeshReport:
     objects: int
     finishes: int
     textures: int
+    masks: int
     bounds: Box
     open_share: float
     smallest_edge: float  # of the diagonal, the first percentile
@@ -29,7 +30,7 @@ class MeshReport:
         rows = [
             f"{self.name}: {self.triangles:,} triangles, {self.vertices:,} vertices, {self.objects} objects",
             f"bounds     ({low}) to ({high})",
-            f"materials  {self.finishes}, {self.textures} with a texture",
+            f"materials  {self.finishes}, {self.textures} with a texture, {self.masks} with holes by a mask",
             f"open       {self.open_share:.1%} of the triangles, drawn on both sides",
             *(f"problem    {text}" for text in self.problems),
             *(f"note       {text}" for text in self.notes),
@@ -52,6 +53,7 @@ def check(scene: MeshScene) -> MeshReport:
         len(scene.object_names),
         len(scene.finishes),
         sum(each.picture is not None for each in scene.finishes),
+        len(scene.masked),
         scene.bounds,
         float(scene.two_sided.mean()),
         smallest,

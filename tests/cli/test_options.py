@@ -52,6 +52,24 @@ def test_what_several_verbs_take_has_one_order_one_help_and_one_default():
     assert all({"dering", "suns", "gloss"} <= set(given[name]) for name in verbs if name != "reference")
 
 
+def test_flags_of_a_picture_reach_the_window_and_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    from sdfprt.cli.options import Weights
+    from sdfprt.export import page, window
+
+    given: dict[str, dict] = {}
+    monkeypatch.setattr(Weights, "read_network", lambda self, scene: None)
+    monkeypatch.setattr(window, "need_display", lambda scene: None)
+    monkeypatch.setattr(window, "view", lambda *_, **options: given.update(view=options))
+    monkeypatch.setattr(page, "export_html", lambda *_, **options: given.update(page=options) or "")
+    flags = "--size 40x30 --samples 3 --background off --dering off --suns 2 --gloss sh --exposure 0.5 --yaw 20".split()
+    for words in (["view", "fish"], ["export", "fish", "--html", str(tmp_path / "a.html")]):
+        assert CliRunner().invoke(app, [*words, *flags]).exit_code == 0
+    chosen = {"size": (40, 30), "samples": 3, "background": False, "dering": False, "suns": 2, "gloss": "sh"}
+    for options in given.values():
+        assert chosen | {"exposure": 0.5, "yaw": 20.0} == {k: v for k, v in options.items() if k not in ("material", "camera")}
+    assert set(given) == {"view", "page"}
+
+
 def test_bake_has_a_flag_for_every_argument_of_the_function():
     from sdfprt import bake
 

@@ -18,6 +18,7 @@ from sdfprt.imaging.camera import Camera
 from sdfprt.light.light import Light
 from sdfprt.material.lobes import DiffusePhong
 from sdfprt.mesh import rays
+from sdfprt.mesh.check import check
 from sdfprt.mesh.loading import load, scene_of
 from sdfprt.mesh.parts import Content, Finish, Part
 from sdfprt.mesh.samples import sample
@@ -241,6 +242,11 @@ def test_gltf_says_where_holes_are(material: dict, alphas: tuple, there: list[bo
     assert bool(made.masked) != all(there)
     blends = [note for note in made.notes if "blends" in note and "opaque" in note]
     assert bool(blends) == (material.get("alphaMode") == "BLEND")
+
+
+def test_check_counts_masks(tmp_path: Path) -> None:
+    found = check(gltf(tmp_path / "leaf.gltf", {"alphaMode": "MASK"}, leaf(0, 255)))
+    assert found.masks == 1 and "1 with holes" in str(found)
 
 
 def test_a_mask_without_coordinates_is_said_and_left_out(tmp_path: Path) -> None:

@@ -1,13 +1,12 @@
 // The whole network for the 16 * ROW_TILES rows of packet `item`, on tensor cores: features, layers, transfer. Twin of
 // `TransferNet.predict`, with weights and activations in halves. Nothing but rows and results leaves the registers: what a layer's
-// sums are in is, packed, what the next layer's product takes in. A warp needs no other one, but for a common pace: TOGETHER, where
-// the weights of all layers are more than the first-level cache holds, lets a block's warps begin each layer at the same time.
+// sums are in is, packed, what the next layer's product takes in. A warp needs no other one.
 //     1  rows: points, and whether any of them counts; normals
 //     2  features, in the order that lets each lane work out its own ones: `SLOTS` half pairs a lane and row
 //     3  layers, 16 neurons at a time: weights come in the order of the lanes, which network/fused.py gives them
 //     4  scale * tanh, and the transfer of an open sky where the network holds what is missing from it
 // Counts are constants: ROW_TILES; FEATURE_TILES, WIDTH_TILES, OUTPUT_TILES of 16 columns each; MIDDLE layers of the width between
-// the first and the last, MIDDLE_UNROLL of them unrolled; POSITIONS and NORMALS octaves; OUTPUTS; RESIDUAL. SLOPE: of the ReLU.
+// the first and the last, MIDDLE_UNROLL of them unrolled; POSITIONS and NORMALS octaves; OUTPUTS; RESIDUAL. SLOPE: of the leaky ReLU.
 // Arguments: weights; numbers: the centre and 1 / extent, biases, scale; points and normals, in rows of so many floats, a multiple
 // of four; out; count of rows; masked: rows whose fourth number is not above 0.5 are left alone. Indices of all are below 2^31.
 struct Fused : TensorCore {
@@ -75,7 +74,6 @@ struct Fused : TensorCore {
     static inline CUDA_CALLABLE void layer(const Activations& in, int tiles, const int* weights, const float* biases,
                                            Activations& out) {
         const unsigned slope = pack(SLOPE, SLOPE);
-        if (TOGETHER) together();
         UNROLL for (int block = 0; block < WIDTH_TILES; block++) {
             Sums sums[ROW_TILES][2];
             sum(sums, in, tiles, weights + block * tiles * TILE, biases + BIASES * block);
@@ -106,6 +104,9 @@ struct Fused : TensorCore {
     static inline CUDA_CALLABLE int row_of(int item, int m, int lower, int l) {
         return item * 16 * ROW_TILES + 16 * m + 8 * lower + (lane(l) >> 2);
     }
+
+    // Past the last row the last one
+    static inline CUDA_CALLABLE int within(int row, int count) { return row < count ? row : count - 1; }
 };
 
 // Points, and a bit for each row that counts
@@ -116,12 +117,20 @@ UNROLL for (int l = 0; l < HELD; l++) {
     UNROLL for (int m = 0; m < ROW_TILES; m++)
         UNROLL for (int r = 0; r < 2; r++) {
             const int row = Fused::row_of(item, m, r, l);
-            Fused::load(points.data + (row < count ? row : count - 1) * point_stride, point[l][m][r]);
+            Fused::load(points.data + Fused::within(row, count) * point_stride, point[l][m][r]);
             const bool hit = !masked | (point[l][m][r][3] > 0.5f);
             counts[l] |= (unsigned)((row < count) & hit) << (2 * m + r);
         }
 }
-if (TOGETHER ? Fused::any_of_block(counts) : Fused::any(counts)) {
+
+// What the warp's next packet reads comes from far: it is asked for now
+UNROLL for (int l = 0; l < HELD; l++)
+    UNROLL for (int at = 0; at < 16 * ROW_TILES; at += 32) {
+        const int row = Fused::within((item + Fused::warps()) * 16 * ROW_TILES + at + Fused::lane(l), count);
+        Fused::expect(points.data + row * point_stride);
+        Fused::expect(normals.data + row * normal_stride);
+    }
+if (Fused::any(counts)) {
     // Features
     Fused::Activations now, next;
     float place[4];
@@ -131,7 +140,7 @@ if (TOGETHER ? Fused::any_of_block(counts) : Fused::any(counts)) {
             UNROLL for (int r = 0; r < 2; r++) {
                 const int row = Fused::row_of(item, m, r, l);
                 float normal[4];
-                Fused::load(normals.data + (row < count ? row : count - 1) * normal_stride, normal);
+                Fused::load(normals.data + Fused::within(row, count) * normal_stride, normal);
                 float six[6];
                 UNROLL for (int i = 0; i < 3; i++) six[i] = (point[l][m][r][i] - place[i]) * place[3], six[3 + i] = normal[i];
                 unsigned slots[Fused::SLOTS];
@@ -174,7 +183,7 @@ if (TOGETHER ? Fused::any_of_block(counts) : Fused::any(counts)) {
                         transfer[i] = Fused::bounded(sums[m][i >> 1].at[l][2 * r + (i & 1)], scale[i]);
                     if (RESIDUAL && block == 0) {
                         float normal[4];
-                        Fused::load_again(normals.data + (row < count ? row : count - 1) * normal_stride, normal);
+                        Fused::load_again(normals.data + Fused::within(row, count) * normal_stride, normal);
                         Fused::add_sky(normal, t, transfer);
                     }
                     const bool counting = counts[l] >> (2 * m + r) & 1;

@@ -80,7 +80,6 @@ class Shape:
     row_tiles: int
     warps: int
     blocks: int
-    together: bool = False  # a block's warps begin each layer at the same time
 
 
 def shape_of(size: Size) -> Shape:
@@ -89,8 +88,6 @@ def shape_of(size: Size) -> Shape:
     Registers hold four numbers of a row tile for each tile of columns that a layer takes or gives.
     """
     held = size.feature_tiles + size.width_tiles
-    if size.width_tiles > 8:
-        return Shape(1, 12, 1, together=True)
     return Shape(2, 4, 4) if held <= 8 else Shape(2, 4, 2) if held <= 16 else Shape(1, 4, 2)
 
 
@@ -100,7 +97,7 @@ def fits(net: TransferNet) -> bool:
     return len(widths) == 1 and max(widths) <= WIDEST
 
 
-def definitions(size: Size, row_tiles: int, together: bool = False) -> str:
+def definitions(size: Size, row_tiles: int) -> str:
     """C++ of the counts that kernels/network/fused.h asks for."""
     middle = size.layers - 2
     counts = {
@@ -114,7 +111,6 @@ def definitions(size: Size, row_tiles: int, together: bool = False) -> str:
         "NORMALS": size.normals,
         "OUTPUTS": size.outputs,
         "RESIDUAL": int(size.residual),
-        "TOGETHER": int(together),
     }
     lines = [f"static constexpr int {name} = {value};" for name, value in counts.items()]
     return "\n".join([*lines, f"static constexpr float SLOPE = {SLOPE}f;"])
@@ -130,7 +126,7 @@ def cuda_text(size: Size, shape: Shape) -> str:
             "struct Wholes { const int* data; };",
             "struct Floats { float* data; };",
             f'extern "C" __global__ void __launch_bounds__({32 * shape.warps}, {shape.blocks}) network({signature}) {{',
-            definitions(size, shape.row_tiles, shape.together),
+            definitions(size, shape.row_tiles),
             kernels.piece(PIECES[0]),
             f"const int packets = (count + {_SIDE} * ROW_TILES - 1) / ({_SIDE} * ROW_TILES);",
             f"for (int first = {shape.warps} * blockIdx.x; first < packets; first += {shape.warps} * gridDim.x) {{",
@@ -283,4 +279,6 @@ def _in_fours(values: torch.Tensor, stride: int, count: int, columns: int) -> tu
     """Rows whose numbers a lane can read four at a time: these ones, or a copy of their first columns."""
     if stride % 4 == 0 and values.data_ptr() % 16 == 0:
         return values, stride
-    return torch.nn.functional.pad(values.as_strided((count, columns), (stride, 1)), (0, 4 - columns)).contiguous(), 4
+    copy = torch.empty((count, 4), device=values.device)
+    copy[:, :columns] = values.as_strided((count, columns), (stride, 1))
+    return copy, 4

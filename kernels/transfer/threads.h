@@ -14,13 +14,16 @@ constexpr int BUSY = 26;    // of 32 threads, whose rays have not ended
 constexpr int FULL = 16;    // of 32 threads, whose rays need the field
 constexpr int NEAR = 16;    // balls of a point
 constexpr int POOL = 1024;  // rays of a batch, of all its points
-#if defined(__CUDA_ARCH__)
+#if defined(__CUDA_ARCH__) && !defined(SDFPRT_WARP)
+#define SDFPRT_WARP  // else a test defines it, which has 32 threads of a CPU stand for a warp
+#endif
+#if defined(SDFPRT_WARP)
 constexpr int WARPS = 8, MOST = 8;  // of a block; points of a warp
 #endif
 
 // The threads of a warp. A thread of a CPU is alone.
 struct Team {
-#if defined(__CUDA_ARCH__)
+#if defined(SDFPRT_WARP)
     static inline CUDA_CALLABLE int size() { return 32; }
     static inline CUDA_CALLABLE int lane() { return threadIdx.x % 32; }
     static inline CUDA_CALLABLE int count(bool which) { return __popc(__ballot_sync(0xffffffffu, which)); }
@@ -43,7 +46,7 @@ struct Team {
 };
 {
     // What the threads of a warp share: the balls of its points, and which rays of the batch are free
-#if defined(__CUDA_ARCH__)
+#if defined(SDFPRT_WARP)
     __shared__ Balls balls_of_warps[WARPS][MOST];
     __shared__ unsigned char free_of_warps[WARPS][POOL];
     Balls* balls = balls_of_warps[threadIdx.x / 32];

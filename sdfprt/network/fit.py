@@ -11,6 +11,7 @@ a Newton-Schulz iteration (Jordan et al. 2024), here in float32, since CPUs lack
 import math
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import islice, pairwise
@@ -219,14 +220,23 @@ def _batches(seen: Float[ndarray, "n"], batch: int, seed: int, start: int) -> It
     count = len(seen)
     cumulative = np.cumsum(seen / seen.sum())
     per_epoch = max(count // batch, 1)
-    while True:
-        random = np.random.default_rng([seed, start // per_epoch])
+
+    def order(epoch: int) -> torch.Tensor:
+        random = np.random.default_rng([seed, epoch])
         places = (np.arange(count) + random.uniform()) / count
         drawn = np.searchsorted(cumulative, places).clip(0, count - 1)
-        order = torch.from_numpy(random.permutation(drawn))
-        for i in range(start % per_epoch, per_epoch):
-            yield order[i * batch : (i + 1) * batch]
-            start += 1
+        return torch.from_numpy(random.permutation(drawn))
+
+    epoch, at = divmod(start, per_epoch)
+    with ThreadPoolExecutor(1) as ahead:  # a card waits for no order
+        coming = ahead.submit(order, epoch)
+        while True:
+            rows = coming.result()
+            epoch += 1
+            coming = ahead.submit(order, epoch)
+            for i in range(at, per_epoch):
+                yield rows[i * batch : (i + 1) * batch]
+            at = 0
 
 
 def _cycle(t: float) -> float:

@@ -76,7 +76,6 @@ def compute_transfer(
     if isinstance(scene, MeshScene):
         return mesh_transfer(scene, points, normals, bands, rays, seed, shadowed, start, sampling)
     traced = kernel(scene)
-    result = np.empty((len(points), bands * bands), np.float32)
     common = {
         "box": kernels.array(lattice.box if lattice else scene.bounds),
         "recurrence": kernels.array(projection.recurrence(bands)),
@@ -108,13 +107,16 @@ def compute_transfer(
             parts = _sharing(end - begin) if on_card else 1
             items = -(-(end - begin) // parts) * (32 if on_card else 1)
             _launch(traced, items, THREADS, common | own | {"begin": begin, "end": end, "parts": parts})
-        result[rows] = own["out"].numpy().reshape(count, -1)
+        found.append(own["out"].numpy().reshape(count, -1))
         advance(count)
 
     with track("transfer", len(points)) as advance:
         if kernels.lanes() == 1:
+            found: list[ndarray] = []
             kernels.in_batches(len(points), _POINTS, by_threads)
+            result = found[0] if len(found) == 1 else np.concatenate([np.empty((0, bands * bands), np.float32), *found])
         else:
+            result = np.empty((len(points), bands * bands), np.float32)
             along = projection.neighbours(points, scene.bounds)
             kernels.in_batches(len(points), _CHUNK, by_packets)
     if not np.isfinite(result).all():

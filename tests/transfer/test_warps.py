@@ -27,14 +27,12 @@ WARP = """
 #include <thread>
 #include <vector>
 #define CUDA_CALLABLE
-#define __CUDA_ARCH__ 900
+#define SDFPRT_WARP
 #define __shared__ static
 namespace wp {}
 static std::barrier<> all(32);
 static thread_local struct { unsigned x; } threadIdx;
 static float of_lanes[32];
-static inline float __int_as_float(int a) { float f; memcpy(&f, &a, 4); return f; }
-static inline int __float_as_int(float a) { int f; memcpy(&f, &a, 4); return f; }
 static inline int __popc(unsigned a) { return __builtin_popcount(a); }
 static inline void __syncwarp() { all.arrive_and_wait(); }
 static inline unsigned __ballot_sync(unsigned, bool vote) {

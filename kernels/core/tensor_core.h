@@ -29,11 +29,6 @@ struct TensorCore {
     // Whether a bit is set in any lane
     static inline CUDA_CALLABLE bool any(const unsigned (&bits)[HELD]) { return __any_sync(0xffffffffu, bits[0]); }
 
-    static inline CUDA_CALLABLE int warps() { return gridDim.x * blockDim.x / 32; }
-
-    // What is going to be loaded: it may be on its way meanwhile
-    static inline CUDA_CALLABLE void expect(const float* at) { asm volatile("prefetch.global.L1 [%0];" : : "l"(at)); }
-
     // D += A B, of the left (0) or the right (1) B; by all lanes together, hence volatile, lest the compiler moves it into a branch
     static inline CUDA_CALLABLE void multiply(Sums& d, const Halves& a, const Weights& b, int side) {
         const unsigned* x = a.at[0];
@@ -136,9 +131,6 @@ struct TensorCore {
         for (int l = 0; l < HELD; l++) all |= bits[l];
         return all != 0;
     }
-
-    static inline int warps() { return 1; }
-    static inline void expect(const float*) {}
 
     static inline void multiply(Sums& d, const Halves& a, const Weights& b, int side) {
         float left[16][16], right[16][8];

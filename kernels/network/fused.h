@@ -6,7 +6,7 @@
 //     3  layers, 16 neurons at a time: weights come in the order of the lanes, which network/fused.py gives them
 //     4  scale * tanh, and the transfer of an open sky where the network holds what is missing from it
 // Counts are constants: ROW_TILES; FEATURE_TILES, WIDTH_TILES, OUTPUT_TILES of 16 columns each; MIDDLE layers of the width between
-// the first and the last, MIDDLE_UNROLL of them unrolled; POSITIONS and NORMALS octaves; OUTPUTS; RESIDUAL. SLOPE: of the leaky ReLU.
+// the first and the last, MIDDLE_UNROLL of them unrolled; POSITIONS and NORMALS octaves; OUTPUTS; RESIDUAL. SLOPE is of the leaky ReLU.
 // Arguments: weights; numbers: the centre and 1 / extent, biases, scale; points and normals, in rows of so many floats, a multiple
 // of four; out; count of rows; masked: rows whose fourth number is not above 0.5 are left alone. Indices of all are below 2^31.
 struct Fused : TensorCore {
@@ -122,14 +122,6 @@ UNROLL for (int l = 0; l < HELD; l++) {
             counts[l] |= (unsigned)((row < count) & hit) << (2 * m + r);
         }
 }
-
-// What the warp's next packet reads comes from far: it is asked for now
-UNROLL for (int l = 0; l < HELD; l++)
-    UNROLL for (int at = 0; at < 16 * ROW_TILES; at += 32) {
-        const int row = Fused::within((item + Fused::warps()) * 16 * ROW_TILES + at + Fused::lane(l), count);
-        Fused::expect(points.data + row * point_stride);
-        Fused::expect(normals.data + row * normal_stride);
-    }
 if (Fused::any(counts)) {
     // Features
     Fused::Activations now, next;

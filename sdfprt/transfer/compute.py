@@ -135,7 +135,9 @@ def _ordered(points: Any, count: int, scene: Scene) -> Any:
     places, order = (kernels.zeros(2 * count, int) for _ in range(2))  # twice the room, to sort in
     placed = kernels.build("", ("transfer/place.h",), kinds, lanes=LANES)
     kernels.launch(placed, count, [points, kernels.array(low), 1024 / float((high - low).max()), places, order])
-    kernels.warp().utils.radix_sort_pairs(places, order, count)
+    wp = kernels.warp()
+    with wp.ScopedDevice(places.device):  # the sort is one of the device that is current for this thread
+        wp.utils.radix_sort_pairs(places, order, count)
     return order
 
 

@@ -146,6 +146,25 @@ struct Simd {
         return a == 0.0f || a > 3.4028234e38f ? a : a < 7.8886091e-31f ? w * 8.8817842e-16f : w;
     }
 #endif
+    // Quotients of a field, likewise: a divisor is most often a constant, whose reciprocal the compiler knows then, and needs no check.
+    // To the bit where the divisor is within 1e-12 to 1e12 and the quotient within 1e-18 to 1e18, or is 0; beyond, the quotient is
+    // right to two units in the last place. A macro, since this compiler puts functions with a division into calls of their own.
+#define QUOTIENT_FIRST(a, b) ((a) * (1.0f / (b)))
+#define QUOTIENT_SECOND(a, b) mad(mad(-(b), QUOTIENT_FIRST(a, b), a), 1.0f / (b), QUOTIENT_FIRST(a, b))
+#define QUOTIENT_THIRD(a, b) mad(mad(-(b), QUOTIENT_SECOND(a, b), a), 1.0f / (b), QUOTIENT_SECOND(a, b))
+#define QUOTIENT_OF_ONE(a, b) \
+    (!((fabsf(b) >= 1e-12f) & (fabsf(b) <= 1e12f)) \
+         ? plain_quotient(a, b) \
+         : sel(-((fabsf(QUOTIENT_FIRST(a, b)) >= 1e-18f) & (fabsf(QUOTIENT_FIRST(a, b)) <= 1e18f)), QUOTIENT_THIRD(a, b), \
+               QUOTIENT_FIRST(a, b)))
+#if SDFPRT_LANES == 1
+    static __attribute__((noinline)) CUDA_CALLABLE F plain_quotient(F a, F b) { return a / b; }
+#endif
+#if defined(__CUDA_ARCH__)
+#define QUOTIENT(a, b) QUOTIENT_OF_ONE(a, b)
+#else
+#define QUOTIENT(a, b) ((a) / (b))
+#endif
 #if defined(__CUDA_ARCH__)
     static inline CUDA_CALLABLE F sqrt(F a) {
         float seed;

@@ -28,7 +28,7 @@
 #if defined(__CUDA_ARCH__)
         const unsigned idle = __ballot_sync(0xffffffffu, phase == DONE);
         M begins = 0;
-        if (__popc(idle) >= 8) {
+        if (__popc(idle) >= 16) {
             const int lane = threadIdx.x & 31, leader = __ffs(idle) - 1;
             int taken_from = 0;
             if (lane == leader) taken_from = atomicAdd(next.data, __popc(idle));

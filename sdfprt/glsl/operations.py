@@ -228,7 +228,9 @@ def evaluate(owner: Translator, i: Instruction, values: dict[int, list[Leaf]], t
         out = []
         for x, y, kind in zip(operand(0), operand(1), kinds, strict=True):
             uniform = x.uniform and y.uniform
-            if op in _BINARY:
+            if op == "FDiv" and not uniform:
+                out.append(temp(kind, False, _quotient(vary(x), vary(y))))
+            elif op in _BINARY:
                 out.append(temp(kind, uniform, f"{_same(x, kind)} {_BINARY[op]} {_same(y, kind)}"))
             elif op in _CALLS:
                 # Signedness follows the operation, not the operands
@@ -332,6 +334,11 @@ def _cast(text: str, source: str, target: str) -> str:
 
 def _as(leaf: Leaf, kind: str) -> str:
     return _cast(vary(leaf), leaf.kind, kind)
+
+
+def _quotient(a: str, b: str) -> str:
+    """Of two names or literals: it is a macro, which has each of them several times (kernels/core/simd.h)."""
+    return f"QUOTIENT({a}, {b})"
 
 
 def _same(leaf: Leaf, kind: str) -> str:

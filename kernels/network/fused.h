@@ -6,7 +6,7 @@
 //     3  layers, 16 neurons at a time: weights come in the order of the lanes, which network/fused.py gives them
 //     4  scale * tanh, and the transfer of an open sky where the network holds what is missing from it
 // Counts are constants: ROW_TILES; FEATURE_TILES, WIDTH_TILES, OUTPUT_TILES of 16 columns each; MIDDLE layers of the width between
-// the first and the last, MIDDLE_UNROLL of them unrolled; POSITIONS and NORMALS octaves; OUTPUTS; RESIDUAL. SLOPE is of the leaky ReLU.
+// the first and the last, MIDDLE_UNROLL of them unrolled; POSITIONS and NORMALS octaves; OUTPUTS; RESIDUAL; the leaky ReLU's SLOPE.
 // Arguments: weights; numbers: the centre and 1 / extent, biases, scale; points and normals, in rows of so many floats, a multiple
 // of four; out; count of rows; masked: rows whose fourth number is not above 0.5 are left alone. Indices of all are below 2^31.
 struct Fused : TensorCore {

@@ -7,6 +7,10 @@ uniform float stepFactor;   // of the scene: below 1 where its field overestimat
 uniform float hitDistance;  // what counts as the surface, scene units
 uniform int marchSteps;
 
+const float FIRST_SLOPE = -0.8;  // of the distance along a ray before two evaluations tell: -0.6 and -1 take 5 and 1 % more of them
+const float STEEP = -0.1;        // a slope below it tells where the surface is
+const float NEAR_ROOT = 0.25;    // of a sample: a ray so near goes straight there, which spares 16 to 20 % of the evaluations
+
 // Where the ray enters and leaves the bounds; it enters after it leaves on a miss.
 // The bounds are grown to all sides.
 vec2 clipToBounds(vec3 o, vec3 d, float grown) {
@@ -22,12 +26,12 @@ float coneAtBounds(vec3 o, float cone) {
 }
 
 // Distance along d to the surface, or -1; nothing lies before `begin`. `width` is the size of a sample at distance 1: chords
-// through the solid shorter than a hundredth of it are passed over, and a ray that creeps along a silhouette until the steps run
-// out counts as a hit within half of it. A ray that enters inside the solid hits there.
+// through the solid shorter than a hundredth of it are passed over, near a surface those shorter than a quarter, and a ray that
+// creeps along a silhouette until the steps run out counts as a hit within half of it. A ray that enters inside hits there.
 // With `cone`, the radius at distance 1 of a cone about the ray: how far the cone is free, or -1 where it is to the end.
 float march(vec3 o, vec3 d, float width, float begin, float cone) {
     vec2 inside = clipToBounds(o, d, coneAtBounds(o, cone));
-    float t = max(inside.x, begin), r = 1e30, slope = -0.6;
+    float t = max(inside.x, begin), r = 1e30, slope = FIRST_SLOPE;
     float ball = 0.0, stride = 0.0, taken = 0.0;  // of the evaluation before: radius, the step after it, and that if it was no leap
     bool alive = t < inside.y, met = false;
     for (int i = 0; i < marchSteps && alive; i++) {
@@ -38,13 +42,15 @@ float march(vec3 o, vec3 d, float width, float begin, float cone) {
         if (stride > 0.0) slope = clamp((r - ball) / stride, -1.0, 0.8);
         // Else as far as the next ball will touch this one if the slope stays
         float least = 0.01 * width * t, ahead = min(1.9 * r / (1.0 - slope), max(inside.y - hitDistance - t, r));
+        float root = NEAR_ROOT * width * t;
+        if (cone <= 0.0 && stride > 0.0 && slope < STEEP && r < root) least = max(least, min(r / -slope, root));
         bool leap = ahead < least;
         if (!met) {
             t += apart ? ball - taken : leap ? least : ahead;
             stride = apart ? 0.0 : leap ? least : ahead;
             taken = apart || leap ? 0.0 : ahead;
             ball = r;
-            if (apart) slope = -0.6;
+            if (apart) slope = FIRST_SLOPE;
         }
         alive = !met && t < inside.y;
     }

@@ -16,7 +16,7 @@ from sdfprt.light.light import Light
 from sdfprt.material import shading
 from sdfprt.material.lobes import Diffuse, DiffusePhong, Phong
 from sdfprt.rendering import frame as renderer
-from sdfprt.rendering import programs
+from sdfprt.rendering import pieces, programs
 from sdfprt.rendering.backends import frame
 from sdfprt.sdf.scene import Scene
 from sdfprt.sdf.trace import gbuffer
@@ -152,6 +152,32 @@ def test_part_numbers_pick_colours_from_the_table(backend: str):
 def _points(scene: Scene, camera: Camera, size: tuple[int, int]) -> np.ndarray:
     """What the first pass sees."""
     return opengl.read(renderer.trace_tile(scene, camera, (0, 0, *size), size).seen[0])
+
+
+FIELDS = {
+    "noisy": "float sdf(vec3 p) { return 0.35 * (length(p) - 0.6 - 0.02 * sin(60.0 * p.x) * sin(60.0 * p.y) * sin(60.0 * p.z)); }",
+    "thin": "float sdf(vec3 p) { return max(abs(mod(p.x + 0.05, 0.1) - 0.05) - 0.002, length(p) - 0.8); }",
+    "stepped": """float h(vec3 p) { return fract(sin(dot(floor(p), vec3(12.9898, 78.233, 37.719))) * 43758.5453); }
+        float sdf(vec3 p) { return 0.4 * (length(p) - 0.6 - 0.15 * h(p * 9.0)); }""",
+}
+
+
+@pytest.mark.parametrize("field", FIELDS)
+def test_going_straight_to_a_near_surface_meets_what_steps_meet(monkeypatch, field):
+    scene = Scene(glsl=FIELDS[field], step=1.0, camera=Camera(eye=(0.7, 0.5, 4.0), fov=30.0))
+    straight = _points(scene, scene.camera, (96, 96))
+    monkeypatch.setattr(renderer, "programs", functools.cache(programs.Programs))
+    plain_piece = pieces.piece
+    monkeypatch.setattr(pieces, "piece", lambda name: plain_piece(name).replace("NEAR_ROOT = 0.25", "NEAR_ROOT = 0.0"))
+    plain = _points(scene, scene.camera, (96, 96))
+    hit = plain[..., 3] > 0.5
+    assert hit.sum() > 1000
+    assert ((straight[..., 3] > 0.5) != hit).sum() <= 2
+    both = hit & (straight[..., 3] > 0.5)
+    # A two hundredth of a sample; at a step, where the sign changes at once, as far as a ray goes straight
+    sample = 2 * np.tan(np.radians(15)) / 96 * 4
+    near = (0.25 if field == "stepped" else 0.005) * sample
+    assert (np.linalg.norm(straight - plain, axis=2)[both] < near).mean() > 0.99
 
 
 def test_a_ray_that_enters_inside_the_solid_hits_the_cut_face():

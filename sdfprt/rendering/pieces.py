@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float16
 from numpy import ndarray
 
 from sdfprt.core import settings
@@ -23,7 +23,7 @@ from sdfprt.material.lobes import Diffuse, Material, Phong, Reflection, parts
 from sdfprt.material.shading import ExactLight
 from sdfprt.maths import sh
 from sdfprt.network.cells import AnyNet, CellNets, networks
-from sdfprt.network.mlp import SLOPE, TransferNet
+from sdfprt.network.mlp import SLOPE, TransferNet, encode
 from sdfprt.sdf.scene import NORMAL_STEP, Scene
 from sdfprt.tables.volume import LIFT, VolumeTable, cosine_product
 
@@ -43,9 +43,12 @@ MESH_SURFACE = ("relief", "mesh_surface")
 BACKGROUND = ("grid", "camera", "latlong", "background")
 MEAN = ("grid", "mean")
 GRAIN = 4  # samples along a side that a cone of the coarse pass holds
+HALVES = "GL_NV_gpu_shader5"  # the extension that has f16vec2
 _TEXELS = 1024  # in a row of the texture of weights
 _NETS = 8  # networks, and how they are drawn, whose sizes are not worked out anew in each frame
-_TILE = 8  # points and neurons of an invocation of blocks.glsl
+_PROBES, _ROOM = 512, 16  # points that are tried, and how much more the others may reach, before hidden values are half floats
+_NEURONS, _WARP = 16, 32  # of blocks.glsl: neurons that so many invocations take
+_LAYERS = 11  # at most: a compute shader has 12 blocks of uniforms with every driver (OpenGL 4.3, table 23.64), one the light's
 _SHARED = 32_768  # bytes of shared memory that a work group has with every driver (OpenGL 4.3, table 23.60)
 
 
@@ -62,6 +65,7 @@ class Variant:
     exact: bool = False  # light and lobe exact: bands of light and result do not count
     group: int = 8  # invocations side by side: llvmpipe runs 8 together, a GPU two warps of 32
     block: int = 0  # points that a group takes through the network together; 0: each invocation its own
+    halves: bool = False  # their sums are half floats
 
     @property
     def samples(self) -> int:
@@ -175,7 +179,8 @@ def light_compute(net: AnyNet, variant: Variant) -> str:
     """The second pass, a compute shader without text of the user's; without weights too, the same for all, if not `constant`."""
     tau = [] if variant.fixed_light or variant.exact else [tau_text(net.bands, variant.light_bands, variant.result_bands)]
     weights = [constant_network(net)] if variant.constant and isinstance(net, TransferNet) else []
-    return "\n".join([VERSION, defines(net, variant), *tau, *weights, join(light_pieces(net, variant))])
+    halves = [f"#extension {HALVES} : require"] if variant.halves else []
+    return "\n".join([VERSION, *halves, defines(net, variant), *tau, *weights, join(light_pieces(net, variant))])
 
 
 def volume_compute(table: VolumeTable, variant: Variant) -> str:
@@ -276,6 +281,23 @@ def constant_network(net: TransferNet) -> str:
     return "\n".join([*lines, "}"])
 
 
+def fits_halves(net: TransferNet) -> bool:
+    """Whether the hidden layers' values at random points of the network's box stay far below what a half float holds.
+
+    The library's networks reach 1,340, a 50th of it; what norms of their matrices promise lies 200 times higher.
+    """
+    rng = np.random.default_rng(0)
+    points, normals = rng.uniform(-1.1, 1.1, (_PROBES, 3)), rng.normal(size=(_PROBES, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    values = encode(points.astype(np.float32), normals.astype(np.float32), net.position_frequencies, net.normal_frequencies)
+    for weight, bias in net.weights[:-1]:
+        values = values @ weight.T + bias
+        if not np.abs(values).max() < float(np.finfo(np.float16).max) / _ROOM:
+            return False
+        values = np.maximum(values, SLOPE * values)
+    return True
+
+
 def padded_outputs(values: np.ndarray, net: TransferNet) -> np.ndarray:
     """Rows of the network's outputs with zeros after each transfer, where its coefficients are no multiple of four."""
     each = net.bands**2
@@ -341,41 +363,57 @@ def _weights_of_cells(net: CellNets) -> np.ndarray:
 
 
 def block_sizes(net: TransferNet) -> dict[str, int]:
-    """What blocks.glsl asks for: points of a group, as many as share the memory that every driver has, and sizes of its memory.
+    """What blocks.glsl asks for: points of a group, as many as share the memory that every driver has, and sizes of layers.
 
-    Empty where the network is too wide for eight points.
+    Empty where the network is too wide for a point an invocation.
     """
     features, outputs = net.weights[0][0].shape[1], len(padded_outputs(net.scale, net))
-    tiles = -(-max((len(b) for _, b in net.weights[:-1]), default=1) // _TILE)
-    rows = max(features, _TILE * tiles, outputs)
-    block = next((points for points in (128, 64, 32, 16, 8) if 4 * rows * points <= _SHARED), 0)
-    if not block:
+    warps = -(-max((len(b) for _, b in net.weights[:-1]), default=1) // _NEURONS)
+    while warps < 4 and 4 % warps:
+        warps += 1  # so that an invocation has a whole number of points
+    neurons = _NEURONS * warps
+    points = next((each for each in (4, 2, 1) if 2 * max(features, neurons) * _WARP * each <= _SHARED), 0)
+    if not points or warps > _WARP or len(net.weights) > _LAYERS:
         return {}
-    while tiles < _TILE and _TILE % tiles:
-        tiles += 1  # an invocation has a whole number of points, or none
-    return {"BLOCK": block, "BLOCK_ROWS": max(rows, _TILE * tiles), "BLOCK_WIDTH": _TILE // 4 * tiles, "FEATURES": features}
+    # Words of four neurons of pairs of inputs, and of biases before them; layers begin at multiples of 256 bytes
+    inputs = [features, *[neurons] * (len(net.weights) - 1)]
+    words = [*[neurons // 4] * (len(net.weights) - 1), -(-outputs // 16) * 4]
+    return {
+        "BLOCK": _WARP * points,
+        "LANE_POINTS": points,
+        "WARPS": warps,
+        "PAIR_ROWS": max(features, neurons) // 2,
+        "LAYER_SIZE": -(-max((1 + each // 2) * wide for each, wide in zip(inputs, words, strict=True)) // 16) * 16,
+    }
 
 
 def in_blocks(net: TransferNet) -> tuple[int, int, int] | None:
     """Points of an invocation, invocations of a group and points of a group for blocks.glsl; None where the network is too wide."""
     if not (sizes := block_sizes(net)):
         return None
-    block, tiles = sizes["BLOCK"], sizes["BLOCK_WIDTH"] * 4 // _TILE
-    group = block // _TILE * tiles
-    return max(block // group, 1), group, block
+    group = _WARP * sizes["WARPS"]
+    return max(sizes["BLOCK"] // group, 1), group, sizes["BLOCK"]
 
 
-def block_weights(net: TransferNet) -> Float[ndarray, "n"]:
-    """Weights as blocks.glsl reads them: of each layer the biases, then a row for each input, neurons padded with zeros."""
-    width = 4 * block_sizes(net)["BLOCK_WIDTH"]
-    values, inputs = [], net.weights[0][0].shape[1]
-    for depth, (weight, bias) in enumerate(shader_layers(net)):
-        neurons = width if depth < len(net.weights) - 1 else len(bias)
-        layer = np.zeros((1 + inputs, neurons), np.float32)
-        layer[0, : len(bias)], layer[1 : 1 + weight.shape[1], : len(bias)] = bias, weight.T
-        values.append(layer.ravel())
-        inputs = neurons
-    return np.concatenate(values)
+def uniform_weights(net: TransferNet) -> bool:
+    """Whether each layer fits a block of uniforms of the size that NVIDIA's driver has; else they are in a storage buffer."""
+    return 16 * block_sizes(net)["LAYER_SIZE"] <= 65_536
+
+
+def block_weights(net: TransferNet) -> Float16[ndarray, "l n 4 2"]:
+    """Weights as blocks.glsl reads them: of each layer (bias, 0) of each neuron, then its weights of each pair of inputs."""
+    sizes = block_sizes(net)
+    neurons, layers = _NEURONS * sizes["WARPS"], shader_layers(net)
+    made = np.zeros((len(layers), sizes["LAYER_SIZE"], 4, 2), np.float16)
+    for depth, (weight, bias) in enumerate(layers):
+        last = depth == len(layers) - 1
+        wide, inputs = -(-len(bias) // 16) * 16 if last else neurons, weight.shape[1] if depth == 0 else neurons
+        rows = np.zeros((1 + inputs // 2, wide, 2), np.float16)
+        rows[0, : len(bias), 0] = bias
+        padded = np.pad(weight, ((0, wide - len(bias)), (0, inputs - weight.shape[1])))
+        rows[1:] = padded.reshape(wide, -1, 2).transpose(1, 0, 2)
+        made[depth, : rows.size // 8] = rows.reshape(-1, 4, 2)
+    return made
 
 
 def gloss_layers(exact: ExactLight) -> np.ndarray:
@@ -426,6 +464,8 @@ def defines(net: AnyNet, variant: Variant) -> str:
         **(block_sizes(net) if variant.block else {}),
     }
     exact = ["#define EXACT_LIGHT"] if variant.exact else []
+    exact += ["#define HALVES"] if variant.halves else []
+    exact += ["#define WEIGHTS_UNIFORM"] if variant.block and uniform_weights(net) else []
     return "\n".join([*exact, *(f"#define {name} {value}" for name, value in values.items())])
 
 

@@ -20,6 +20,7 @@ from sdfprt.material.shading import ExactLight
 from sdfprt.network.cells import AnyNet, networks
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering.pieces import (
+    HALVES,
     GOURAUD,
     GOURAUD_VERTEX,
     MESH_VERTEX,
@@ -31,6 +32,7 @@ from sdfprt.rendering.pieces import (
     Variant,
     block_weights,
     defines,
+    fits_halves,
     fixed_compute,
     fixed_stage,
     in_blocks,
@@ -43,6 +45,7 @@ from sdfprt.rendering.pieces import (
     scene_compute,
     scene_uniforms,
     shadow_uniforms,
+    uniform_weights,
     volume_compute,
     volume_uniforms,
 )
@@ -85,6 +88,7 @@ class Programs:
         self.block_weights: Kept[str, moderngl.Buffer] = Kept(PROGRAMS)
         self.volumes: Kept[str, moderngl.Texture3D] = Kept(MESHES)
         self.lit: dict[str, int] = {}  # samples, by the network's digest
+        self.halves: dict[str, bool] = {}  # whether blocks.glsl computes with half floats, by the network's digest
 
     def scene_program(self, scene: Scene) -> moderngl.ComputeShader:
         """The program of the first pass, with what belongs to the scene set."""
@@ -115,7 +119,8 @@ class Programs:
 
         program = self.lightings.get((defines(net, variant), variant, net.bands), compiled)
         if variant.block and isinstance(net, TransferNet):
-            self.block_weights.get(net.digest, lambda: context().buffer(block_weights(net).tobytes())).bind_to_storage_buffer(1)
+            buffer = self.block_weights.get(net.digest, lambda: context().buffer(block_weights(net).tobytes()))
+            bind_block_weights(buffer, net)
         else:
             self.weights.get(net.digest, lambda: network_texture(context(), net)).use(Unit.WEIGHTS)
         names = ("networkWeights", "surfacePoint", "surfaceDirection", "surfaceColour", "sunDiffuse", "sunGlossy")
@@ -177,9 +182,10 @@ class Programs:
         fetch of a weight is dear, an invocation takes 8 (on llvmpipe 4, 8 and 16 ran at 0.76, 1 and 0.96 of the speed of 8, k=64),
         and compiling the weights in, which takes seconds, pays after some frames.
         """
-        points, constant, group, block = 1, "", group_size(), 0
+        points, constant, group, block, halves = 1, "", group_size(), 0, False
         if not on_cpu() and isinstance(net, TransferNet):
             points, group, block = in_blocks(net) or (points, group, block)
+            halves = block > 0 and self.takes_halves(net)
         if on_cpu() and not isinstance(net, VolumeTable):
             self.lit[net.digest] = self.lit.get(net.digest, 0) + shot.fine[0] * shot.fine[1]
             all_of_them = networks(net)
@@ -197,7 +203,14 @@ class Programs:
             options.exact,
             group,
             block,
+            halves,
         )
+
+    def takes_halves(self, net: TransferNet) -> bool:
+        """Whether the driver has half floats, and the network's values fit them."""
+        if net.digest not in self.halves:
+            self.halves[net.digest] = HALVES in context().extensions and fits_halves(net)
+        return self.halves[net.digest]
 
     def light_maps(self, exact: ExactLight) -> LightMaps:
         """The maps of a light, in their units."""
@@ -237,6 +250,16 @@ def _placed(pieces: tuple[str, ...], file: str) -> Iterator[None]:
     except moderngl.Error as error:
         message = place(str(error), pieces)
         raise SdfprtError(f"{file}: the OpenGL driver does not take the shader: {message}") from None
+
+
+def bind_block_weights(buffer: moderngl.Buffer, net: TransferNet) -> None:
+    """The weights where blocks.glsl reads them: a block of uniforms a layer, or one storage buffer."""
+    if not uniform_weights(net):
+        buffer.bind_to_storage_buffer(1)
+        return
+    size = buffer.size // len(net.weights)
+    for layer in range(len(net.weights)):
+        buffer.bind_to_uniform_block(1 + layer, offset=layer * size, size=size)
 
 
 def group_size() -> int:

@@ -1,109 +1,162 @@
-// The network of network.glsl for GPUs: a work group takes BLOCK points through the layers together, each a product of matrices in
-// blocks. Activations lie in shared memory, a row a feature, four points a quad; an invocation computes 8 neurons of 8 points in
-// registers, so that two quads of weights and two of activations serve 64 multiplications.
+// The network of network.glsl for GPUs: a work group takes BLOCK points through the layers together. Activations lie in shared memory as
+// pairs of halves, a row for each two neurons and a column a point. In a hidden layer 32 invocations, a warp, take 16 neurons and each
+// of them LANE_POINTS points: weights are the same for the whole warp, and four of them serve as many points. Sums are pairs too, of even
+// and of odd inputs, in half precision where the driver has it (HALVES), else in single. Everything that is indexed is indexed by
+// constants, by way of macros: what is not lies in slow memory.
 vec4 openSky(vec3 n, int row);
-layout(std430, binding = 1) readonly buffer BlockWeights {
-    vec4 blockWeights[];  // layer after layer, four neurons a quad: the biases, then a row for each of the layer's inputs
+#ifdef WEIGHTS_UNIFORM
+layout(std140, binding = 1) uniform NetworkWeights {
+    uvec4 rows[LAYER_SIZE];  // of one layer, four neurons a word: (bias, 0), then a pair of inputs a row
+} networkLayers[LAYERS];
+#define WEIGHTS(layer, at) networkLayers[layer].rows[at]
+#else
+layout(std430, binding = 1) readonly buffer NetworkWeights {
+    uvec4 layerRows[];
 };
+#define WEIGHTS(layer, at) layerRows[(layer) * LAYER_SIZE + (at)]
+#endif
+#ifdef HALVES
+#define PAIR f16vec2
+#define HALF float16_t
+#define UNPACK(word) unpackFloat2x16(word)
+#define PACK(pair) packFloat2x16(pair)
+#else
+#define PAIR vec2
+#define HALF float
+#define UNPACK(word) unpackHalf2x16(word)
+#define PACK(pair) packHalf2x16(pair)
+#endif
 uniform vec3 networkCenter;
 uniform float networkExtent;
 uniform vec4 networkScale[NETWORK_OUTPUTS];
 uniform float networkOpen;
 uniform int keepLoops;  // 1, see network.glsl
-const int POINT_QUADS = BLOCK / 4, POINT_TILES = BLOCK / 8, NEURON_TILES = BLOCK_WIDTH / 2;
-const int ROUNDS = (POINT_QUADS * NETWORK_OUTPUTS + GROUP - 1) / GROUP;  // quads of outputs that an invocation computes
-shared vec4 activations[BLOCK_ROWS * POINT_QUADS];
+shared uint activations[PAIR_ROWS * BLOCK];
 
-void writeFeatures(int row, int point, vec3 v) {
-    for (int i = 0; i < 3; i++) activations[(row + i) * POINT_QUADS + (point >> 2)][point & 3] = v[i];
+// Rows `row` to `row` + 2 of a point.
+void writeFeatures(int row, int point, vec3 u, vec3 v) {
+    activations[row * BLOCK + point] = packHalf2x16(u.xy);
+    activations[(row + 1) * BLOCK + point] = packHalf2x16(vec2(u.z, v.x));
+    activations[(row + 2) * BLOCK + point] = packHalf2x16(v.yz);
 }
 
 // sin and cos of pi v, 2 pi v, 4 pi v …
 void writeOctaves(int row, int point, vec3 v, int octaves) {
     vec3 s = sin(3.14159265358979 * v), c = cos(3.14159265358979 * v);
     for (int octave = 0; octave < octaves * keepLoops; octave++) {
-        writeFeatures(row + 6 * octave, point, s);
-        writeFeatures(row + 6 * octave + 3, point, c);
+        writeFeatures(row + 3 * octave, point, s, c);
         vec3 twice = 2.0 * s * c;
         c = 1.0 - 2.0 * s * s;
         s = twice;
     }
 }
 
-// A hidden layer, in place: 8 neurons of 8 points, two quads of each.
-void hiddenLayer(int weights, int inputs) {
-    // A warp of 32 invocations takes 8 tiles of points by 4 of neurons where there are as many
-    int me = int(gl_LocalInvocationID.x), warp = me >> 5;
-    const int across = max(POINT_TILES / 8, 1);
-    bool square = POINT_TILES >= 8 && NEURON_TILES % 4 == 0;
-    int point = square ? (me & 7) + 8 * (warp % across) : me % POINT_TILES;
-    int neuron = square ? ((me >> 3) & 3) + 4 * (warp / across) : me / POINT_TILES;
-    vec4 sum[16];
-    for (int i = 0; i < 16; i++) sum[i] = vec4(blockWeights[weights + neuron + (i / 8) * NEURON_TILES][i / 2 % 4]);
-    int w = weights + BLOCK_WIDTH + neuron, a = point;
-    for (int k = 0; k < inputs; k++, w += BLOCK_WIDTH, a += POINT_QUADS) {
-        vec4 low = blockWeights[w], high = blockWeights[w + NEURON_TILES];
-        vec4 near = activations[a], far = activations[a + POINT_TILES];
-        for (int i = 0; i < 4; i++) {
-            sum[2 * i] += low[i] * near;
-            sum[2 * i + 1] += low[i] * far;
-            sum[2 * i + 8] += high[i] * near;
-            sum[2 * i + 9] += high[i] * far;
-        }
+// DO(neuron, component of a word of weights), of the four neurons of a word
+#define FOUR(DO, first) DO(first, x) DO(first + 1, y) DO(first + 2, z) DO(first + 3, w)
+#define SUMS(i, point) sum[LANE_POINTS * (i) + point]
+#if LANE_POINTS == 4
+#define EACH_POINT(DO, i) DO(i, 0) DO(i, 1) DO(i, 2) DO(i, 3)
+#elif LANE_POINTS == 2
+#define EACH_POINT(DO, i) DO(i, 0) DO(i, 1)
+#else
+#define EACH_POINT(DO, i) DO(i, 0)
+#endif
+#define BEGIN(i, point) SUMS(i, point) = weight;
+#define BEGIN_NEURON(i, c) { PAIR weight = UNPACK(word.c); EACH_POINT(BEGIN, i) }
+#define ADD(i, point) SUMS(i, point) = fma(weight, given[point], SUMS(i, point));
+#define ADD_NEURON(i, c) { PAIR weight = UNPACK(word.c); EACH_POINT(ADD, i) }
+#define READ_POINT(i, point) given[point] = UNPACK(activations[column + 32 * point]);
+#define WRITE(i, point) { \
+    PAIR pair = PAIR(SUMS(2 * (i), point).x + SUMS(2 * (i), point).y, SUMS(2 * (i) + 1, point).x + SUMS(2 * (i) + 1, point).y); \
+    activations[(8 * warp + i) * BLOCK + lane + 32 * point] = PACK(max(pair, HALF(0.01) * pair)); }
+#define WRITE_PAIR(i) EACH_POINT(WRITE, i)
+
+// A hidden layer, in place.
+void hiddenLayer(int layer, int pairs) {
+    int lane = int(gl_LocalInvocationID.x) & 31, warp = int(gl_LocalInvocationID.x) >> 5, at = 4 * warp, column = lane;
+    PAIR sum[16 * LANE_POINTS];
+    uvec4 word = WEIGHTS(layer, at);
+    FOUR(BEGIN_NEURON, 0)
+    word = WEIGHTS(layer, at + 1);
+    FOUR(BEGIN_NEURON, 4)
+    word = WEIGHTS(layer, at + 2);
+    FOUR(BEGIN_NEURON, 8)
+    word = WEIGHTS(layer, at + 3);
+    FOUR(BEGIN_NEURON, 12)
+    for (int k = 0; k < pairs * keepLoops; k++) {
+        PAIR given[LANE_POINTS];
+        EACH_POINT(READ_POINT, 0)
+        at += 4 * WARPS;
+        column += BLOCK;
+        word = WEIGHTS(layer, at);
+        FOUR(ADD_NEURON, 0)
+        word = WEIGHTS(layer, at + 1);
+        FOUR(ADD_NEURON, 4)
+        word = WEIGHTS(layer, at + 2);
+        FOUR(ADD_NEURON, 8)
+        word = WEIGHTS(layer, at + 3);
+        FOUR(ADD_NEURON, 12)
     }
     barrier();
-    for (int i = 0; i < 16; i++) {
-        int row = 4 * (neuron + (i / 8) * NEURON_TILES) + i / 2 % 4;
-        activations[row * POINT_QUADS + point + (i % 2) * POINT_TILES] = max(sum[i], 0.01 * sum[i]);
-    }
+    WRITE_PAIR(0) WRITE_PAIR(1) WRITE_PAIR(2) WRITE_PAIR(3) WRITE_PAIR(4) WRITE_PAIR(5) WRITE_PAIR(6) WRITE_PAIR(7)
     barrier();
 }
 
-// The last layer without its tanh, in place: four outputs of four points a round.
-void lastLayer(int weights, int inputs) {
-    vec4 sum[4 * ROUNDS];
-    for (int i = 0; i < ROUNDS; i++) {
-        int tile = int(gl_LocalInvocationID.x) + i * GROUP, a = tile % POINT_QUADS, w = weights + min(tile / POINT_QUADS, NETWORK_OUTPUTS - 1);
-        for (int c = 0; c < 4; c++) sum[4 * i + c] = vec4(blockWeights[w][c]);
-        for (int k = 0; k < inputs; k++) {
-            w += NETWORK_OUTPUTS;
-            vec4 weight = blockWeights[w], activation = activations[a + k * POINT_QUADS];
-            for (int c = 0; c < 4; c++) sum[4 * i + c] += weight[c] * activation;
-        }
+#define BEGIN_OUTPUT(i, c) sum[i] = UNPACK(word.c);
+#define ADD_OUTPUT(i, c) sum[i] = fma(UNPACK(word.c), value, sum[i]);
+#define OUTPUT(i) vec4(sum[i].x, sum[i + 1].x, sum[i + 2].x, sum[i + 3].x) + vec4(sum[i].y, sum[i + 1].y, sum[i + 2].y, sum[i + 3].y)
+const int OUTPUT_WORDS = (NETWORK_OUTPUTS + 3) / 4 * 4;
+
+// Sixteen outputs of a point from `first` on, four a vector.
+void lastLayer(int point, int first, int pairs, out vec4 result[4]) {
+    int at = first;
+    PAIR sum[16];
+    uvec4 word = WEIGHTS(LAYERS - 1, at);
+    FOUR(BEGIN_OUTPUT, 0)
+    word = WEIGHTS(LAYERS - 1, at + 1);
+    FOUR(BEGIN_OUTPUT, 4)
+    word = WEIGHTS(LAYERS - 1, at + 2);
+    FOUR(BEGIN_OUTPUT, 8)
+    word = WEIGHTS(LAYERS - 1, at + 3);
+    FOUR(BEGIN_OUTPUT, 12)
+    for (int k = 0; k < pairs * keepLoops; k++) {
+        PAIR value = UNPACK(activations[k * BLOCK + point]);
+        at += OUTPUT_WORDS;
+        word = WEIGHTS(LAYERS - 1, at);
+        FOUR(ADD_OUTPUT, 0)
+        word = WEIGHTS(LAYERS - 1, at + 1);
+        FOUR(ADD_OUTPUT, 4)
+        word = WEIGHTS(LAYERS - 1, at + 2);
+        FOUR(ADD_OUTPUT, 8)
+        word = WEIGHTS(LAYERS - 1, at + 3);
+        FOUR(ADD_OUTPUT, 12)
     }
-    barrier();
-    for (int i = 0; i < ROUNDS; i++) {
-        int tile = int(gl_LocalInvocationID.x) + i * GROUP;
-        if (tile < POINT_QUADS * NETWORK_OUTPUTS)
-            for (int c = 0; c < 4; c++) activations[(4 * (tile / POINT_QUADS) + c) * POINT_QUADS + tile % POINT_QUADS] = sum[4 * i + c];
-    }
-    barrier();
+    result = vec4[4](OUTPUT(0), OUTPUT(4), OUTPUT(8), OUTPUT(12));
 }
 
 // T_i at POINTS points of each invocation, as of network.glsl; all invocations of a group have to come here.
 void network(vec3 p[POINTS], vec3 n[POINTS], out vec4 transfer[POINTS * NETWORK_OUTPUTS]) {
-    int mine = int(gl_LocalInvocationID.x) * POINTS;
+    int mine = int(gl_LocalInvocationID.x) * POINTS, pairs = 3 * (1 + POSITION_OCTAVES + NORMAL_OCTAVES);
     if (mine < BLOCK)
         for (int k = 0; k < POINTS; k++) {
             vec3 x = (p[k] - networkCenter) / networkExtent;
-            writeFeatures(0, mine + k, x);
-            writeFeatures(3, mine + k, n[k]);
-            writeOctaves(6, mine + k, x, POSITION_OCTAVES);
-            writeOctaves(6 + 6 * POSITION_OCTAVES, mine + k, n[k], NORMAL_OCTAVES);
+            writeFeatures(0, mine + k, x, n[k]);
+            writeOctaves(3, mine + k, x, POSITION_OCTAVES);
+            writeOctaves(3 + 3 * POSITION_OCTAVES, mine + k, n[k], NORMAL_OCTAVES);
         }
     barrier();
-    int weights = 0, inputs = FEATURES;
-    for (int layer = 0; layer < (LAYERS - 1) * keepLoops; layer++) {
-        hiddenLayer(weights, inputs);
-        weights += (1 + inputs) * BLOCK_WIDTH;
-        inputs = 4 * BLOCK_WIDTH;
+    for (int layer = 0; layer < LAYERS - 1; layer++) {
+        hiddenLayer(layer, pairs);
+        pairs = 8 * WARPS;
     }
-    lastLayer(weights, inputs);
+    if (mine >= BLOCK) return;
     for (int k = 0; k < POINTS; k++)
-        for (int row = 0; row < NETWORK_OUTPUTS; row++) {
-            vec4 value;
-            int at = min(mine + k, BLOCK - 1);
-            for (int i = 0; i < 4; i++) value[i] = activations[(4 * row + i) * POINT_QUADS + (at >> 2)][at & 3];
-            transfer[k * NETWORK_OUTPUTS + row] = networkScale[row] * tanh(value) + networkOpen * openSky(n[k], row);
+        for (int first = 0; first < OUTPUT_WORDS; first += 4) {
+            vec4 result[4];
+            lastLayer(mine + k, first, pairs, result);
+            for (int i = 0; i < 4; i++)
+                if (first + i < NETWORK_OUTPUTS)
+                    transfer[k * NETWORK_OUTPUTS + first + i] =
+                        networkScale[first + i] * tanh(result[i]) + networkOpen * openSky(n[k], first + i);
         }
 }

@@ -54,12 +54,13 @@ def _transfer_in_blocks(net, points: np.ndarray, normals: np.ndarray) -> np.ndar
     rows = np.zeros((len(points), 2, 4), np.float32)
     rows[:, 0, :3], rows[:, 1, :3] = points, normals
     quads = len(pieces.padded_outputs(net.scale, net)) // 4
-    held = [gl.buffer(pieces.block_weights(net).tobytes()), gl.buffer(rows.tobytes()), gl.buffer(reserve=16 * quads * len(points))]
-    for unit, each in enumerate(held, 1):
+    programs.bind_block_weights(gl.buffer(pieces.block_weights(net).tobytes()), net)
+    held = [gl.buffer(rows.tobytes()), gl.buffer(reserve=16 * quads * len(points))]
+    for unit, each in enumerate(held, 2):
         each.bind_to_storage_buffer(unit)
     program.run(-(-len(points) // block))
     gl.memory_barrier()
-    return np.frombuffer(held[2].read(), np.float32).reshape(len(points), -1).copy()
+    return np.frombuffer(held[1].read(), np.float32).reshape(len(points), -1).copy()
 
 
 @pytest.mark.parametrize(
@@ -73,13 +74,15 @@ def test_a_group_computes_the_networks_own_transfer(width, layers, bands, octave
     normals = rng.normal(size=(150, 3)).astype(np.float32)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     got = _transfer_in_blocks(net, points, normals)[:, : bands * bands]
-    # float32 sums in another order, and the error of doubled angles
-    np.testing.assert_allclose(got, net.predict(points, normals), rtol=0, atol=2e-4 if octaves[0] > 5 else 2e-5)
+    # Hidden values are halves between layers
+    expected = net.predict(points, normals)
+    assert 20 * np.log10(np.abs(expected).max() / np.sqrt(((got - expected) ** 2).mean())) > 65
+    np.testing.assert_allclose(got, expected, rtol=0, atol=6e-3)
 
 
 def test_a_network_too_wide_for_a_group_keeps_the_other_form():
-    assert pieces.in_blocks(nets.random_net(1024, 2)) is not None
-    assert pieces.in_blocks(nets.random_net(1025, 2)) is None
+    assert pieces.in_blocks(nets.random_net(512, 2)) is not None
+    assert pieces.in_blocks(nets.random_net(513, 2)) is None
 
 
 @pytest.mark.parametrize(

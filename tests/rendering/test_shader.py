@@ -2,6 +2,7 @@
 
 import re
 import subprocess
+from dataclasses import replace
 
 import moderngl
 import nets
@@ -87,20 +88,39 @@ def _random_points() -> tuple[np.ndarray, np.ndarray]:
     return points, normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 
-@pytest.mark.parametrize("constant", [False, True], ids=["textures", "constants"])
+@pytest.mark.parametrize("form", ["textures", "constants"])
 @pytest.mark.parametrize(
     ("width", "layers", "bands", "octaves", "together"), [(16, 3, 4, (2, 1), 1), (20, 2, 3, (3, 0), 4), (8, 5, 1, (0, 2), 2)]
 )
-def test_the_shaders_network_is_the_networks_own(width, layers, bands, octaves, together, constant):
-    together = 1 if constant else together
+def test_the_shaders_network_is_the_networks_own(width, layers, bands, octaves, together, form):
+    together = together if form == "textures" else 1
     net = nets.random_net(width, layers, bands, octaves)
     quads = -(-(bands * bands) // 4)
-    network = pieces.constant_network(net) if constant else pieces.join(("network", "open_sky"))
+    network = pieces.join(("network", "open_sky")) if form == "textures" else pieces.constant_network(net)
     text = "\n".join(["#version 430", pieces.defines(net, Variant(1, points=together)), network, MAIN])
     points, normals = _random_points()
     got = _transfer_by_shader(net, text, quads, points, normals)[:, : bands * bands]
     # float32 sums in another order, and the error of doubled angles
     np.testing.assert_allclose(got, net.predict(points, normals), rtol=0, atol=2e-5)
+
+
+def test_sums_of_halves_are_glsl_where_an_extension_has_them(tmp_path):
+    # Mesa's CPU driver has no halves, and glslang knows another extension that has the same
+    text = pieces.light_compute(nets.random_net(20, 3), Variant(3, points=1, group=64, block=128, halves=True))
+    asked = f"#version 430\n#extension {pieces.HALVES} : require"
+    assert text.startswith(asked)
+    source = tmp_path / "light.comp"
+    source.write_text(text.replace(asked, "#version 450\n#extension GL_AMD_gpu_shader_half_float : require"))
+    program, environment = _glslang()
+    done = subprocess.run([program, str(source)], capture_output=True, text=True, env=environment)
+    assert done.returncode == 0, done.stdout
+
+
+def test_halves_are_for_networks_whose_values_stay_far_below_the_largest():
+    net = nets.random_net()
+    assert pieces.fits_halves(net)
+    large = [(2000.0 * weight, bias) for weight, bias in net.weights]
+    assert not pieces.fits_halves(replace(net, weights=large))
 
 
 @pytest.mark.parametrize("together", [1, 4])

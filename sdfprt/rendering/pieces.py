@@ -388,8 +388,12 @@ def block_sizes(net: TransferNet) -> dict[str, int]:
 
 
 def in_blocks(net: TransferNet) -> tuple[int, int, int] | None:
-    """Points of an invocation, invocations of a group and points of a group for blocks.glsl; None where the network is too wide."""
-    if not (sizes := block_sizes(net)):
+    """Points of an invocation, invocations of a group and points of a group for blocks.glsl.
+
+    None where the network is too wide, or half floats do not hold its weights.
+    """
+    most = max(float(np.abs(values).max()) for layer in net.weights for values in layer)
+    if not (sizes := block_sizes(net)) or not most < float(np.finfo(np.float16).max):
         return None
     group = _WARP * sizes["WARPS"]
     return max(sizes["BLOCK"] // group, 1), group, sizes["BLOCK"]

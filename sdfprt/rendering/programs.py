@@ -20,9 +20,9 @@ from sdfprt.material.shading import ExactLight
 from sdfprt.network.cells import AnyNet, networks
 from sdfprt.network.mlp import TransferNet
 from sdfprt.rendering.pieces import (
-    HALVES,
     GOURAUD,
     GOURAUD_VERTEX,
+    HALVES,
     MESH_VERTEX,
     SUN_TILES,
     SUNLIGHT,
@@ -88,7 +88,7 @@ class Programs:
         self.block_weights: Kept[str, moderngl.Buffer] = Kept(PROGRAMS)
         self.volumes: Kept[str, moderngl.Texture3D] = Kept(MESHES)
         self.lit: dict[str, int] = {}  # samples, by the network's digest
-        self.halves: dict[str, bool] = {}  # whether blocks.glsl computes with half floats, by the network's digest
+        self.blocks: dict[str, tuple[int, int, int, bool] | None] = {}  # how blocks.glsl computes, by the network's digest
 
     def scene_program(self, scene: Scene) -> moderngl.ComputeShader:
         """The program of the first pass, with what belongs to the scene set."""
@@ -184,8 +184,7 @@ class Programs:
         """
         points, constant, group, block, halves = 1, "", group_size(), 0, False
         if not on_cpu() and isinstance(net, TransferNet):
-            points, group, block = in_blocks(net) or (points, group, block)
-            halves = block > 0 and self.takes_halves(net)
+            points, group, block, halves = self.blocks_of(net) or (points, group, block, halves)
         if on_cpu() and not isinstance(net, VolumeTable):
             self.lit[net.digest] = self.lit.get(net.digest, 0) + shot.fine[0] * shot.fine[1]
             all_of_them = networks(net)
@@ -206,11 +205,12 @@ class Programs:
             halves,
         )
 
-    def takes_halves(self, net: TransferNet) -> bool:
-        """Whether the driver has half floats, and the network's values fit them."""
-        if net.digest not in self.halves:
-            self.halves[net.digest] = HALVES in context().extensions and fits_halves(net)
-        return self.halves[net.digest]
+    def blocks_of(self, net: TransferNet) -> tuple[int, int, int, bool] | None:
+        """As in_blocks, and whether sums are halves: where the driver has them and the network's values fit."""
+        if net.digest not in self.blocks:
+            sizes = in_blocks(net)
+            self.blocks[net.digest] = sizes and (*sizes, HALVES in context().extensions and fits_halves(net))
+        return self.blocks[net.digest]
 
     def light_maps(self, exact: ExactLight) -> LightMaps:
         """The maps of a light, in their units."""

@@ -53,8 +53,8 @@ class PlaneTracer:
         self.painted = None
         if own:
             given = f"#define SDFPRT_HAS_ALBEDO {int(scene.has_albedo)}\n#define SDFPRT_HAS_EXPONENT {int(scene.has_exponent)}\n"
-            arguments = dict.fromkeys(("points", "normals", "colours"), flat)
-            self.painted = kernels.build(given + scene.native_colour, ("sdf/painted.h",), arguments)
+            arrays = {name: flat for name in ("points", "normals", "colours")}
+            self.painted = kernels.build(given + scene.native_colour, ("sdf/painted.h",), arrays)
         self.sunlight = shadow.kernel(scene, planes=True) if suns else None
 
     def set_suns(self, suns: Suns, exponent: float) -> None:

@@ -33,7 +33,10 @@ class OnCpu(cuda.Kernel):
         arrays, numbers = arguments[: len(STARTS)], arguments[len(STARTS) :]
         wp = kernels.warp()
         kinds = [int if kind == kernels.WHOLES else float for kind in STARTS]
-        given = [wp.array(ptr=v.data_ptr(), dtype=kind, shape=1, device="cpu") for v, kind in zip(arrays, kinds, strict=True)]
+        given = []
+        for values, kind in zip(arrays, kinds, strict=True):
+            assert isinstance(values, torch.Tensor)
+            given.append(wp.array(ptr=values.data_ptr(), dtype=kind, shape=1, device="cpu"))
         assert blocks * 16 * self.row_tiles >= numbers[-2]
         kernels.launch(self.function, blocks, [*given, *numbers])
 
@@ -97,7 +100,7 @@ def test_warps_take_as_many_rows_as_registers_hold(row_tiles):
     np.testing.assert_array_equal(on_cpu(net, points, normals, row_tiles=row_tiles), on_cpu(net, points, normals))
 
 
-@pytest.mark.parametrize("bounces", [Bounces(1, ((0.5,) * 3,)), Bounces(2, ((0.5,) * 3, (0.9, 0.1, 0.1)), 3, (0.3, 0.7))])
+@pytest.mark.parametrize("bounces", [Bounces(1, ((0.5, 0.5, 0.5),)), Bounces(2, ((0.5, 0.5, 0.5), (0.9, 0.1, 0.1)), 3, (0.3, 0.7))])
 def test_transfer_of_bounces_follows_the_direct_one(bounces):
     net, (points, normals) = bounced_net(bounces, 3), surface(40)
     found = on_cpu(net, points, normals)

@@ -4,6 +4,7 @@ import json
 from contextlib import nullcontext
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -225,7 +226,8 @@ def test_a_cards_stacked_steps_are_the_usual_ones(sizes):
 
 
 def test_a_fit_by_stacked_steps_goes_on_from_a_checkpoint_and_learns_as_much(tmp_path, monkeypatch):
-    samples, way = _samples(2000, noise=0.05), {"width": 16, "layers": 3, "steps": 130, "batch": 64}
+    samples = _samples(2000, noise=0.05)
+    way: dict[str, Any] = {"width": 16, "layers": 3, "steps": 130, "batch": 64}
     usual = fit_transfer(*samples, **way)
 
     def stepping(state, sizes, features, target, slopes, batch):

@@ -89,8 +89,8 @@ class Case:
             return torch.from_numpy(out)
 
         own = plane(self.albedo, self.exponent)
-        sums = [plane(v) for v in self.sums]
-        planes = Planes(plane(self.points, self.hit), plane(self.normals, self.dark), own, *sums, in_tiles)
+        diffuse, glossy = (plane(v) for v in self.sums)
+        planes = Planes(plane(self.points, self.hit), plane(self.normals, self.dark), own, diffuse, glossy, in_tiles)
         kernel = PictureKernel(self.look, self.shot.size, self.shot.samples, CPU)
         tensors = LightTensors(self.look, self.lit, self.light, CPU)
         tensors.write(self.lit, self.light, self.shot.material, self.bounced)
@@ -153,7 +153,7 @@ def test_bounces_are_added_in_their_colours(scene: Scene, gloss: str, material: 
 def test_another_light_is_other_numbers_in_the_same_tensors():
     case = Case(COLOURED, shot_of(COLOURED, "diffuse+phong:8", gloss="exact"), 4)
     tensors = LightTensors(case.look, case.lit, case.light, CPU)
-    other = replace(case.light, pixels=case.light.pixels[::-1].copy(), _projected={}, _derived={})
+    other = Light(case.light.pixels[::-1].copy(), rotation=case.light.rotation)
     for light in (case.light, other):
         lit = prepare(light, case.shot.lighting, case.shot.material, 4, True)
         tensors.write(lit, light, case.shot.material, None)

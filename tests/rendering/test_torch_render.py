@@ -166,7 +166,7 @@ def test_another_back_end_is_one_clear_error():
 class Runtime:
     """The five functions of CUDA's runtime, over arrays of the host; what is open is in `mapped` and `registered`."""
 
-    stream = None  # the default one
+    stream: int | None = None  # the default one
 
     def __init__(self, pictures, fails=""):
         self.pictures, self.fails, self.calls = pictures, fails, []

@@ -109,9 +109,17 @@ def shot_of(scene: Scene, material: str, **options: Any) -> Shot:
     return compose(scene, parse(material, albedo=(0.2, 0.4, 0.7)), **shot)
 
 
-@pytest.mark.parametrize("material", ["diffuse", "phong:20", "diffuse+phong:8", "reflection", "diffuse+reflection"])
 @pytest.mark.parametrize("gloss", ["sh", "exact"])
-@pytest.mark.parametrize("scene", [PLAIN, COLOURED])
+@pytest.mark.parametrize(
+    ("scene", "material"),
+    [
+        (PLAIN, "diffuse"),
+        (PLAIN, "phong:20"),
+        (PLAIN, "diffuse+reflection"),
+        (COLOURED, "diffuse+phong:8"),
+        (COLOURED, "reflection"),
+    ],
+)
 def test_every_material_is_lit_as_arrays_are(scene: Scene, gloss: str, material: str):
     case = Case(scene, shot_of(scene, material, gloss=gloss), 4)
     picture, bad = case.drawn()
@@ -134,16 +142,21 @@ def test_transfer_light_and_result_have_bands_of_their_own(bands: int, options: 
     np.testing.assert_allclose(case.drawn()[0], case.expected(), rtol=0, atol=1e-4)
 
 
-@pytest.mark.parametrize("material", ["diffuse", "phong:20", "diffuse+phong:8"])
-@pytest.mark.parametrize("gloss", ["sh", "exact"])
-def test_discs_of_the_light_are_added(material: str, gloss: str):
-    case = Case(COLOURED, shot_of(COLOURED, material, gloss=gloss), 4, suns=True)
+@pytest.mark.parametrize("material", ["diffuse", "diffuse+phong:8"])
+def test_discs_of_the_light_are_added(material: str):
+    case = Case(COLOURED, shot_of(COLOURED, material), 4, suns=True)
     np.testing.assert_allclose(case.drawn()[0], case.expected(), rtol=0, atol=1e-4)
 
 
-@pytest.mark.parametrize("scene", [PLAIN, COLOURED])
-@pytest.mark.parametrize("gloss", ["sh", "exact"])
-@pytest.mark.parametrize(("material", "bands"), [("diffuse+phong:8", 4), ("phong:20", 4), ("diffuse", 3)])
+@pytest.mark.parametrize(
+    ("scene", "gloss", "material", "bands"),
+    [
+        (PLAIN, "sh", "diffuse+phong:8", 4),
+        (COLOURED, "exact", "diffuse+phong:8", 4),
+        (COLOURED, "sh", "phong:20", 4),
+        (COLOURED, "sh", "diffuse", 3),
+    ],
+)
 def test_bounces_are_added_in_their_colours(scene: Scene, gloss: str, material: str, bands: int):
     changed = [(0.1, 0.9, 0.1), (0.5, 0.5, 0.0)] if scene.has_albedo else None
     case = Case(scene, shot_of(scene, material, gloss=gloss, colours=changed), bands, PARTS)

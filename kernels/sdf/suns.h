@@ -104,16 +104,19 @@ struct Suns : Simd {
     float height[Suns::BALLS];
     const F facing = 2.0f * (n[0] * e[0] + n[1] * e[1] + n[2] * e[2]);
     for (int c = 0; c < 3; c++) o[c] = p[c] + lift * n[c], m[c] = facing * n[c] - e[c];
-    for (int k = 0; k < Suns::BALLS; k++) {
-        height[k] = 2.0f * lift * (float)(1 << (2 * k));
-        radius[k] = Scene::distance(o[0] + height[k] * n[0], o[1] + height[k] * n[1], o[2] + height[k] * n[2], Simd::ones()) * step;
-    }
+    bool looked = false;  // whether the balls are known
     for (int number = 0; number < count; number++) {
         const float* sun = suns.data + 7 * number;
         const float angle = sun[3], tangent = tanf(angle);
         const F up = Suns::disc_cosine(n[0] * sun[0] + n[1] * sun[1] + n[2] * sun[2], sinf(angle));
         M live = seen & Simd::lt(zero, up);
         if (!Simd::any(live)) continue;
+        if (!looked)
+            for (int k = 0; k < Suns::BALLS; k++) {
+                height[k] = 2.0f * lift * (float)(1 << (2 * k));
+                radius[k] = Scene::distance(o[0] + height[k] * n[0], o[1] + height[k] * n[1], o[2] + height[k] * n[2], Simd::ones()) * step;
+            }
+        looked = true;
 
         // A frame about the direction
         const float x = sun[0], y = sun[1], z = sun[2];

@@ -37,8 +37,8 @@ from sdfprt.rendering.traced import PlaneTracer
 from sdfprt.sdf.kinds import AnyScene
 from sdfprt.sdf.scene import Scene
 
-MOST_SAMPLES = 1 << 24  # of a picture, some 2.5 GB
-_FRAMES = 4  # kept at most
+MOST_SAMPLES = 1 << 24  # of a picture, and of all that are kept: some 2.5 GB
+_FRAMES = 4  # kept at most, where they are small
 _ROWS = 1 << 19  # that plain products take at once: 2^16 were a third slower with 512 neurons
 
 LOCK = threading.RLock()  # a frame's tensors hold one picture at a time
@@ -48,14 +48,14 @@ class Frames:
     """Those of the last pictures, by all that shapes them."""
 
     def __init__(self) -> None:
-        self.kept: Kept[tuple, CapturedFrame] = Kept(_FRAMES)
+        self.kept: Kept[tuple, CapturedFrame] = Kept(MOST_SAMPLES, _room)
         self.most = MOST_SAMPLES  # of a picture
 
     def shrink(self, shot: Shot) -> None:
         """Memory does not do for this picture: from now on smaller ones only, and none of those that were kept."""
         with LOCK:
             self.most = shot.fine[0] * shot.fine[1] // 2
-            self.kept = Kept(_FRAMES)
+            self.kept = Kept(MOST_SAMPLES, _room)
         torch.cuda.empty_cache()
         message = f"the card is out of memory for {shot.fine[0]}x{shot.fine[1]} samples at once: tile by tile, which takes longer"
         warnings.warn(message, SdfprtWarning, stacklevel=2)
@@ -73,6 +73,12 @@ class Frames:
         )
         key = (surface, own, net.digest, look, shot.size, shot.samples, maps, len(lit.suns), str(place))
         return self.kept.get(key, lambda: CapturedFrame(scene, net, light, shot, lit, look, surface, place))
+
+
+def _room(key: tuple) -> int:
+    """Samples that a frame counts for among those that are kept; its size and its samples a side are in the middle of its key."""
+    (width, height), samples = key[4:6]
+    return max(width * height * samples**2, MOST_SAMPLES // _FRAMES)
 
 
 @functools.cache

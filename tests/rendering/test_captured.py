@@ -80,11 +80,16 @@ def test_one_frame_serves_cameras_lights_and_materials_of_one_shape():
     assert other is not first
 
 
-def test_no_more_than_a_few_frames_are_kept():
+def test_no_more_than_a_few_frames_are_kept(monkeypatch):
     frames, scene, net = Frames(), nets.scene(), nets.random_net()
     for width in range(16, 24):
         both(scene, net, "torch", "diffuse", frames, suns="off", gloss="sh", size=(width, 16))
     assert len(frames.kept.things) == 4
+    monkeypatch.setattr(captured, "MOST_SAMPLES", 1024)
+    frames = Frames()
+    for side in (16, 17, 24):
+        both(scene, net, "torch", "diffuse", frames, suns="off", gloss="sh", size=(side, side))
+    assert [key[4] for key in frames.kept.things] == [(17, 17), (24, 24)]  # all three would be 1,121 samples
 
 
 def test_a_value_that_is_not_finite_is_told():

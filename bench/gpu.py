@@ -13,7 +13,9 @@ is checked, side by side; then what is timed, one after another, the most tellin
   rates      rays a second of transfer, seconds of a bake from text to asset, beside two cores of a CPU
   peak       matrix products and copies that the card reaches, to judge the rest by
   neural     its table 3: a neural surface under learnt transfer
-  forms      the network in GLSL three ways: weights looked up in a texture, as constants, the paper's literal shader; compile times
+  passes     what OpenGL's passes of a frame take: cones, surface, network and light
+  forms      the network in GLSL: weights looked up in a texture, by a group together in single and in half precision, as constants,
+             and the paper's literal shader; compile times
 
 What the CPU says lies in bench/gpu.npz; `sdfprt bench gpu --write-reference` makes it anew on a machine with Mesa's CPU
 driver. Without a card, and with SDFPRT_DEVICE=scalar, every step runs on a CPU, small, as a rehearsal. Writes gpu.md,
@@ -430,23 +432,27 @@ def _many(run: Callable[[], Any]) -> float:
 
 def _by_opengls_clock(run: Callable[[], Any]) -> float:
     """Median seconds of a frame by timer queries, by the host's clock where the driver has none."""
-    from sdfprt.core.opengl import context, in_render_thread
+    from sdfprt.core.opengl import in_render_thread
 
     @in_render_thread
     def timed() -> float:
-        def once() -> float:
-            query, start = context().query(time=True), time.perf_counter()
-            with query:
-                run()
-            told = query.elapsed
-            context().finish()
-            # llvmpipe has no time of compute shaders
-            return told * 1e-9 if told < _NO_TIME else time.perf_counter() - start
-
-        turns = _turns(min(once() for _ in range(3)))
-        return float(np.median([once() for _ in range(turns)]))
+        turns = _turns(min(_once(run) for _ in range(3)))
+        return float(np.median([_once(run) for _ in range(turns)]))
 
     return timed()
+
+
+def _once(run: Callable[[], Any]) -> float:
+    """Seconds of one run by a timer query; in the render thread."""
+    from sdfprt.core.opengl import context
+
+    query, start = context().query(time=True), time.perf_counter()
+    with query:
+        run()
+    told = query.elapsed
+    context().finish()
+    # llvmpipe has no time of compute shaders
+    return told * 1e-9 if told < _NO_TIME else time.perf_counter() - start
 
 
 def _by_cudas_clock(run: Callable[[], Any]) -> float:
@@ -531,14 +537,47 @@ def backends(_part: str, _out: Path) -> Iterator[bench.Row]:
             yield timed_row(row, scene, net, MATERIALS[1], size, backend)
 
 
-def forms(_part: str, _out: Path) -> Iterator[bench.Row]:
-    """One picture by three texts of the network: which of them does this driver like?"""
+def passes(_part: str, _out: Path) -> Iterator[bench.Row]:
+    """Milliseconds of each pass of a frame by OpenGL, waited for one by one."""
     from sdfprt import Scene, bake
+    from sdfprt.core.opengl import in_render_thread
+    from sdfprt.imaging.shot import compose
+    from sdfprt.material.lobes import parse
+    from sdfprt.rendering import frame
+
+    size, grid, run = 48 if rehearsed() else 1024, frame.run_grid, frame._run
+    for name, width in itertools.product(LIBRARY[:1] if rehearsed() else PAPER_SCENES, (64, 128)):
+        scene, light = Scene.load(name), light_of("papers")
+        net, shot = bake(scene, width=width).net, compose(scene, parse("diffuse"), size=(size, size), **WAYS["papers"])
+        lit, spent = frame.prepared(scene, net, light, shot), {"cones": [], "surface": [], "network and light": []}
+
+        def clocked_grid(program: Any, extent: Any, spent: dict[str, list[float]] = spent) -> None:
+            spent["surface" if extent == (size, size) else "cones"].append(1e3 * _once(lambda: grid(program, extent)))
+
+        def clocked_run(*arguments: Any, spent: dict[str, list[float]] = spent) -> None:
+            spent["network and light"].append(1e3 * _once(lambda: run(*arguments)))
+
+        @in_render_thread
+        def draw(scene: Any = scene, net: Any = net, light: Any = light, shot: Any = shot, lit: Any = lit) -> None:
+            for _ in range(3 if rehearsed() else 30):
+                for _ in frame.lit_tiles(scene, net, light, shot, lit):
+                    pass
+
+        with mock.patch.object(frame, "run_grid", clocked_grid), mock.patch.object(frame, "_run", clocked_run):
+            draw()
+        yield {"scene": name, "k": width, **{f"{of}, ms": float(np.median(each)) for of, each in spent.items()}}
+
+
+def forms(_part: str, _out: Path) -> Iterator[bench.Row]:
+    """One picture by several texts of the network: which of them does this driver like?"""
+    from sdfprt import Scene, bake
+    from sdfprt.core.opengl import context, in_render_thread
     from sdfprt.imaging import metrics
     from sdfprt.imaging.shot import compose
     from sdfprt.material.lobes import Diffuse
     from sdfprt.rendering import frame
-    from sdfprt.rendering.programs import Programs
+    from sdfprt.rendering.pieces import HALVES, in_blocks
+    from sdfprt.rendering.programs import Programs, group_size
 
     size = 48 if rehearsed() else 1024
     scene, light = Scene.load("rabbit"), light_of("papers")
@@ -559,17 +598,23 @@ def forms(_part: str, _out: Path) -> Iterator[bench.Row]:
             for _ in frame.lit_tiles(scene, net, light, shot, lit):
                 pass
 
-        for form, constant in (("texture", ""), ("constants", net.digest), ("literal", "")):
+        together, group, block = in_blocks(net) or (1, group_size(), 0)
+        blocks = {"points": together, "group": group, "block": block, "constant": "", "halves": False}
+        alone: dict[str, Any] = {"points": 1, "group": group_size(), "block": 0, "constant": "", "halves": False}
+        texts: dict[str, dict[str, Any]] = {"texture": alone, "blocks": blocks}
+        if HALVES in in_render_thread(lambda: context().extensions)():
+            texts["blocks, halves"] = {**blocks, "halves": True}
+        if width == 64:  # of wider ones compiling takes a quarter of a minute
+            texts |= {"constants": {**alone, "constant": net.digest}, "literal": {}}
+        for form, options in texts.items():
             if form == "literal":
                 paper = importlib.import_module("fps").literal(scene, net, light, Diffuse(), shot.size)
                 row, ours = timed(paper, paper)
                 ours = ours[..., :3]
             else:
-                points = 1 if constant else None  # as the driver's own variant has it
 
-                def chosen(self: Any, net: Any, shot: Any, constant: str = constant, points: int | None = points) -> Any:
-                    variant = usual(self, net, shot)
-                    return dataclasses.replace(variant, constant=constant, points=points or variant.points)
+                def chosen(self: Any, net: Any, shot: Any, options: dict[str, Any] = options) -> Any:
+                    return dataclasses.replace(usual(self, net, shot), **options)
 
                 with mock.patch.object(Programs, "choose_variant", chosen):
                     row, ours = timed(draw, stay)
@@ -664,6 +709,7 @@ STEPS: dict[str, Step] = {
     "rates": Step(rates, 60),
     "peak": Step(peak, 20),
     "neural": Step(neural, 40),
+    "passes": Step(passes, 30),
     "forms": Step(forms, 35),
 }
 

@@ -26,6 +26,7 @@ TITLES = {
     "frames": "Learnt transfer's table 2, 1024x1024",
     "neural": "Learnt transfer's table 3, 1024x1024",
     "backends": "Learnt transfer's table 4, 1024x1024",
+    "passes": "OpenGL, pass by pass, 1024x1024",
     "forms": "The network in GLSL, 1024x1024",
     "rates": "Precomputation",
     "peak": "The card itself",

@@ -362,6 +362,7 @@ def _weights_of_cells(net: CellNets) -> np.ndarray:
     return np.concatenate([*each, owners]).astype(np.float32)
 
 
+@functools.lru_cache(maxsize=_NETS)
 def block_sizes(net: TransferNet) -> dict[str, int]:
     """What blocks.glsl asks for: points of a group, as many as share the memory that every driver has, and sizes of layers.
 

@@ -709,8 +709,8 @@ STEPS: dict[str, Step] = {
     "rates": Step(rates, 60),
     "peak": Step(peak, 20),
     "neural": Step(neural, 40),
-    "passes": Step(passes, 30),
-    "forms": Step(forms, 35),
+    "passes": Step(passes, 12),
+    "forms": Step(forms, 23),
 }
 
 

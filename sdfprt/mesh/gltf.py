@@ -424,7 +424,7 @@ def _mask(document: _Document, about: dict, name: str, factor: float, cover: nda
         return cover, cutoff
     if cover is None or factor <= 0:
         cover = np.full((1, 1), 255, np.uint8)  # one alpha for all of it
-    cutoff = cutoff / factor if factor > 0 else 2.0 * (cutoff > 0)
+    cutoff = min(cutoff / factor, 2.0) if factor > 0 else 2.0 * (cutoff > 0)  # beyond 1 nothing is left
     return (None if cover.min() / 255 >= cutoff else cover), cutoff
 
 

@@ -225,6 +225,7 @@ def leaf(*alphas: int) -> np.ndarray:
         ({"alphaMode": "MASK", "alphaCutoff": 0.2}, (0, 255, 60, 50), [False, True, True, False]),
         ({"alphaMode": "MASK", "pbr": {"baseColorFactor": [1, 1, 1, 0.6]}}, (0, 255, 200, 255), [False, True, False, True]),
         ({"alphaMode": "MASK", "alphaCutoff": 1.5}, (0, 255, 255, 255), [False] * 4),
+        ({"alphaMode": "MASK", "alphaCutoff": 1e300}, (0, 255, 255, 255), [False] * 4),
         ({"alphaMode": "MASK", "pbr": {"baseColorFactor": [1, 1, 1, 0.4]}}, (255, 255, 255, 255), [False] * 4),
         ({"alphaMode": "MASK"}, (255, 128, 200, 255), [True] * 4),
         ({"alphaMode": "MASK", "alphaCutoff": 0.0}, (0, 1, 2, 3), [True] * 4),

@@ -8,6 +8,7 @@ import numpy as np
 from random_glsl import SLOT
 
 from sdfprt.core.opengl import context, in_render_thread
+from sdfprt.glsl.rounding import rounded_singly
 from sdfprt.rendering.targets import scene_texture
 from sdfprt.sdf.scene import Scene
 
@@ -16,14 +17,14 @@ POINTS = 1024  # a file, a program; a multiple of the lanes
 
 @in_render_thread
 def distance(scene: Scene, points: np.ndarray) -> np.ndarray:
-    """(N,) distances at (N, 3) points, by the GLSL itself."""
+    """(N,) distances at (N, 3) points, by the GLSL as the renderer has it."""
     ctx = context()
     fragment = f"""#version 430
         uniform sampler2D sdfprt_points;
         out float sdfprt_result;
         float sdfprt_distance(vec3 p);
         void main() {{ sdfprt_result = sdfprt_distance(texelFetch(sdfprt_points, ivec2(gl_FragCoord.xy), 0).xyz); }}
-        {scene.shader_source}"""
+        {rounded_singly(scene.shader_source)}"""
     vertex = "#version 430\nvoid main() { gl_Position = vec4(gl_VertexID % 2 * 4 - 1, gl_VertexID / 2 * 4 - 1, 0, 1); }"
     program = ctx.program(vertex_shader=vertex, fragment_shader=fragment)
     rows = -(-len(points) // 64)

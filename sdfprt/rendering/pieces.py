@@ -16,6 +16,7 @@ from sdfprt.core import settings
 from sdfprt.core.errors import SdfprtError
 from sdfprt.core.resources import folder
 from sdfprt.glsl.parts import KINDS
+from sdfprt.glsl.rounding import rounded_singly
 from sdfprt.glsl.scanner import Block, declarations, macros, without_comments
 from sdfprt.glsl.text import blocks, fours, number, vector
 from sdfprt.light.suns import Suns
@@ -157,7 +158,8 @@ def scene_compute(scene: Scene, pieces: tuple[str, ...], shape: tuple[int, int])
     """A pass with the scene's text: SURFACE, SUN_TILES or SUNLIGHT, in groups of `shape` samples."""
     sizes = [f"#define MOST_SUNS {settings.Suns.most}", *grid_sizes(shape)]
     ours = "\n".join([VERSION, *flags(scene), *sizes, join(pieces)])
-    return "\n".join([ours, renamed(ours, scene.shader_source), "#line 1", scene.shader_source])
+    users = rounded_singly(scene.shader_source)
+    return "\n".join([ours, renamed(ours, users), "#line 1", users])
 
 
 def fixed_compute(pieces: tuple[str, ...], shape: tuple[int, int]) -> str:

@@ -12,6 +12,7 @@ import gpu
 import gpu_page as page
 import matplotlib.image
 import numpy as np
+import opengl
 import pytest
 import torch
 
@@ -133,6 +134,16 @@ def test_what_the_cpu_said_of_distances_still_holds_to_the_bit():
             assert isinstance(scene, Scene)
             apart = kept[f"{name}/points"] + 0.05 * scene.diagonal * kept[f"{name}/normals"]
             np.testing.assert_array_equal(scene.distance(apart), kept[f"{name}/distance"])
+
+
+@pytest.mark.parametrize("name", ["noise", "textured"])
+def test_opengl_and_kernels_see_one_field(name: str):
+    """Mesa adds three numbers in another order where it may: hash noise was off by 5e-4 of the diagonal then."""
+    scene = gpu.scene_of(name)
+    assert isinstance(scene, Scene)
+    points = np.random.default_rng(0).uniform(-1, 1, (1024, 3)).astype(np.float32)
+    apart = np.abs(opengl.distance(scene, points) - scene.distance(points)) / scene.diagonal
+    assert apart.max() < 1e-7
 
 
 def test_a_step_that_does_not_end_is_told_and_the_others_go_on(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):

@@ -1,6 +1,6 @@
 // Path tracing of a mesh: item = a ray of the camera, whose first hit is given; packets of stratified paths go on from there. One light
-// sample and one lobe sample a vertex, combined by the balance heuristic (Veach 1997, Sec. 9.2), as for SDFs. A normal map shows in the
-// first hit only, and sends nothing through the surface.
+// sample and one lobe sample a vertex, combined by the balance heuristic (Veach 1997, Sec. 9.2), as for SDFs. A normal map sends nothing
+// through the surface.
 struct Surface : Simd {
     F x, y, z, nx, ny, nz, gx, gy, gz;  // point, unit shading normal on the side that was met, geometric normal
     F red, green, blue, exponent;
@@ -19,6 +19,40 @@ struct Surface : Simd {
         const F side = sel(lt(gx * u + gy * v + gz * w, splat(0.0f)), splat(-lift), splat(lift));
         ox = x + side * gx, oy = y + side * gy, oz = z + side * gz;
     }
+};
+// The twin of relief.mapped_normals: the unit normal of a front where a map changes it, in place of the interpolated one
+struct Relief {
+    // `there`: tangent, handedness and place in the map (v upwards); `size`: rows, columns and first texel, of three bytes a number
+    static inline CUDA_CALLABLE void apply(float* n, const float* there, const int* size, float scale, const int* texels) {
+        const int height = size[0], width = size[1];
+        const float x = there[4] * (float)width - 0.5f, y = (1.0f - there[5]) * (float)height - 0.5f;
+        const float left = floorf(x), top = floorf(y), across = x - left, down = y - top;
+        const int column = wrapped((int)left, width), row = wrapped((int)top, height);
+        const int next = column + 1 < width ? column + 1 : 0, below = row + 1 < height ? row + 1 : 0;
+        float found[3];
+        for (int c = 0; c < 3; c++) {
+            const float a = read(texels, size, row, column, c), b = read(texels, size, row, next, c);
+            const float d = read(texels, size, below, column, c), e = read(texels, size, below, next, c);
+            found[c] = (a * (1.0f - across) + b * across) * (1.0f - down) + (d * (1.0f - across) + e * across) * down;
+        }
+        const float LEAST = 0.02f;  // as in relief.py
+        const float lean = there[0] * n[0] + there[1] * n[1] + there[2] * n[2];
+        float t[3] = {there[0] - lean * n[0], there[1] - lean * n[1], there[2] - lean * n[2]};
+        const float length = sqrtf(t[0] * t[0] + t[1] * t[1] + t[2] * t[2]), hand = there[3] < 0.0f ? -1.0f : 1.0f;
+        for (int c = 0; c < 3; c++) t[c] /= length > 1e-12f ? length : 1e-12f;
+        const float u[3] = {n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0]};
+        const float above = found[2] > LEAST ? found[2] : LEAST;
+        float made[3], square = 0.0f;
+        for (int c = 0; c < 3; c++) {
+            made[c] = scale * (found[0] * t[c] + found[1] * hand * u[c]) + above * n[c];
+            square += made[c] * made[c];
+        }
+        for (int c = 0; c < 3; c++) n[c] = made[c] / sqrtf(square);
+    }
+    static inline CUDA_CALLABLE float read(const int* texels, const int* size, int row, int column, int channel) {
+        return (float)(texels[size[2] + row * size[1] + column] >> 8 * channel & 255) * (2.0f / 255.0f) - 1.0f;
+    }
+    static inline CUDA_CALLABLE int wrapped(int at, int count) { return at % count < 0 ? at % count + count : at % count; }
 };
 {
     Tree tree(handles.data);
@@ -103,6 +137,19 @@ struct Surface : Simd {
             const F flat = side / Simd::sqrt(Simd::max(ray.normal_x * ray.normal_x + ray.normal_y * ray.normal_y + ray.normal_z * ray.normal_z, Simd::splat(1e-38f)));
             at.x = p[0], at.y = p[1], at.z = p[2], at.open = Simd::splat(-2.0f);
             at.nx = n[0] * shade, at.ny = n[1] * shade, at.nz = n[2] * shade;
+            for (unsigned left = has_relief ? Simd::bits(live) : 0u; left; left &= left - 1) {
+                const int k = Simd::lowest(left), met_face = Simd::lane(face, k), number = maps.data[met_face];
+                if (number < 0) continue;
+                const float way = Simd::lane(side, k);
+                float there[6] = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+                for (int j = 0; j < 3; j++)
+                    for (int c = 0; c < 6; c++)
+                        there[c] += Simd::lane(weights[j], k) * relief.data[6 * faces.data[3 * met_face + j] + c];
+                float own[3] = {way * Simd::lane(at.nx, k), way * Simd::lane(at.ny, k), way * Simd::lane(at.nz, k)};
+                Relief::apply(own, there, sizes.data + 3 * number, scales.data[number], texels.data);
+                Simd::set(at.nx, k, way * own[0]), Simd::set(at.ny, k, way * own[1]), Simd::set(at.nz, k, way * own[2]);
+                Simd::set(at.open, k, 0.0f);
+            }
             at.gx = ray.normal_x * flat, at.gy = ray.normal_y * flat, at.gz = ray.normal_z * flat;
             at.red = Simd::gather(colours.data, 4 * face), at.green = Simd::gather(colours.data, 4 * face + 1);
             at.blue = Simd::gather(colours.data, 4 * face + 2), at.exponent = Simd::gather(colours.data, 4 * face + 3);

@@ -30,13 +30,18 @@ class MeshTracer:
             colours[:, :3] = scene.mean_albedo()
         colours[:, 3] = scene.exponent(every)
         numbers = [*lobe_numbers(material), *np.ravel(light.rotation), *mirror_numbers(material)]
-        floats = (numbers, *light_tables(light), scene.vertices, scene.normals, scene.two_sided, colours)
+        relief, scales, maps, sizes, texels = _maps(scene)
+        floats = (numbers, *light_tables(light), scene.vertices, scene.normals, scene.two_sided, colours, relief, scales)
         self.floats = [kernels.array(np.asarray(values, np.float32)) for values in floats]
-        self.wholes = [kernels.array(scene.faces, int), rays.handles(scene, kernels.lanes())]
-        self.scalars = [*light.pixels.shape[:2], bounces, *map(int, self.own), rays.lift(scene)]
+        wholes = [kernels.array(values, int) for values in (scene.faces, maps, sizes, texels)]
+        self.wholes = [*wholes, rays.handles(scene, kernels.lanes())]
+        self.scalars = [*light.pixels.shape[:2], bounces, *map(int, self.own), int(bool(scene.mapped)), rays.lift(scene)]
         names = ("hits", "numbers", "pixels", "density", "rows", "columns", "vertices", "normals", "two_sided", "colours")
-        kinds = {name: kernels.FLOATS for name in names} | {name: kernels.WHOLES for name in ("faces", "handles")}
-        kinds |= {name: int for name in ("height", "width", "bounces", "has_albedo", "has_exponent")} | {"lift": float}
+        kinds = {name: kernels.FLOATS for name in (*names, "relief", "scales")}
+        kinds |= {name: kernels.WHOLES for name in ("faces", "maps", "sizes", "texels", "handles")}
+        kinds |= {name: int for name in ("height", "width", "bounces", "has_albedo", "has_exponent", "has_relief")} | {
+            "lift": float
+        }
         kinds |= {name: int for name in ("start", "packets", "seed")} | {"all": kernels.FLOATS, "squares": kernels.FLOATS}
         self.kernel = kernels.build(rays.preamble(scene), ("mesh/tree.h", "truth/sampling.h", "truth/mesh_paths.h"), kinds)
 
@@ -68,3 +73,18 @@ class MeshTracer:
         first[lit, 15] = scene.exponent(faces)
         first[lit, 16] = np.where(np.isin(scene.finish[faces], [number for number, _ in scene.mapped]), 0.0, -2.0)
         return first, seen
+
+
+def _maps(scene: MeshScene) -> tuple[ndarray, ndarray, ndarray, ndarray, ndarray]:
+    """Normal maps as the kernel reads them: MeshScene.relief; of each map its scale; of each triangle its map, -1 for none; of each
+    map rows, columns and first texel; texels, three bytes a number. One number each where there are none."""
+    if scene.relief is None or not scene.mapped:
+        return np.zeros(1), np.zeros(1), np.full(1, -1), np.zeros(1, int), np.zeros(1, int)
+    of_finish = np.full(len(scene.finishes), -1)
+    of_finish[[number for number, _ in scene.mapped]] = np.arange(len(scene.mapped))
+    pictures = [each.normal_map.astype(np.int32) for _, each in scene.mapped if each.normal_map is not None]
+    starts = np.cumsum([0, *(picture[..., 0].size for picture in pictures[:-1])])
+    sizes = [(*picture.shape[:2], start) for picture, start in zip(pictures, starts, strict=True)]
+    packed = [(picture << np.array([0, 8, 16], np.int32)).sum(-1, dtype=np.int32).ravel() for picture in pictures]
+    scales = np.array([each.normal_scale for _, each in scene.mapped])
+    return scene.relief, scales, of_finish[scene.finish], np.array(sizes), np.concatenate(packed)

@@ -22,6 +22,7 @@ from sdfprt.mesh.parts import Content, Finish, Part
 from sdfprt.mesh.relief import tangents
 from sdfprt.mesh.scene import MeshScene
 from sdfprt.rendering.backends import frame
+from sdfprt.truth.path_tracing import reference_image
 
 SLOPE = np.array([0.3, -0.2, 1.0]) / np.linalg.norm([0.3, -0.2, 1.0])
 
@@ -216,3 +217,29 @@ def test_obj_s_heights_and_maps_without_coordinates_are_left_out_and_said(tmp_pa
         (tmp_path / "f.obj").write_text("mtllib m.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 1 0 -1\nf 1 2 3\n")
         made = load(tmp_path / "f.obj")
         assert made.relief is None and any(said in note for note in made.notes)
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.5])
+def test_what_paths_meet_later_has_its_map(scale: float) -> None:
+    """A wall that faces away from the sun has what the floor sends, which is as bright as its normal turns to the sun."""
+    floor, towards = square(2.0, 0.0), np.array([0.6, 0.8, 0.0])
+    wall = np.array([[1, 0, -1], [1, 0, 1], [1, 1, 1], [1, 1, -1]], float)
+    slope = np.array([0.3, 0.0, 1.0]) / np.hypot(0.3, 1.0)
+    places, faces = np.asarray(floor.vertices, float), np.asarray(floor.faces)
+    pixels = np.zeros((64, 128, 3), np.float32)
+    up, turn = np.arccos(towards[1]) / np.pi * 64, (0.5 - np.arctan2(towards[0], towards[2]) / (2 * np.pi)) * 128
+    pixels[int(up), int(turn)] = 1000.0
+    camera, found = Camera(eye=(-1.0, 0.5, 0.0), target=(1.0, 0.5, 0.0), fov=20), []
+    for picture in (np.tile(texels(slope), (4, 4, 1)), None):
+        finish = Finish(normal_map=picture, normal_scale=scale)
+        parts = [
+            Part(places, faces, finish=finish, relief_uvs=None if picture is None else flat(floor)),
+            Part(wall, np.array([[0, 1, 2], [0, 2, 3]])),
+        ]
+        made = scene_of(Content(parts), "room", name="room", file="room")
+        drawn = reference_image(made, Light(pixels), Diffuse(), camera, (16, 12), spp=256, bounces=1)
+        assert drawn.alpha.all() and not reference_image(made, Light(pixels), Diffuse(), camera, (16, 12), spp=16).rgb.any()
+        found.append(drawn.rgb.mean())
+    normal = np.array([slope[0] * scale, slope[2], 0.0])
+    lit = normal @ towards / np.linalg.norm(normal) / towards[1]
+    assert found[0] / found[1] == pytest.approx(lit, rel=0.01)  # 1.17 and 1.10; what one texel spans is 3 degrees

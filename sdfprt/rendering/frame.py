@@ -229,9 +229,10 @@ def lit_tiles(
 
     For functions that are `in_render_thread`.
     """
+    # The first tile is traced while the host prepares what stays the same for all of them
+    places = tiles(shot.size, shot.samples)
+    target = trace_tile(scene, shot.camera, places[0], shot.fine)
     lit = lit or prepared(scene, net, light, shot)
-
-    # What stays the same for all tiles
     variant = programs().choose_variant(net, shot)
     by_volume = isinstance(net, VolumeTable)
     lighting = programs().volume_program(net, variant) if by_volume else programs().lighting_program(net, variant)
@@ -248,10 +249,11 @@ def lit_tiles(
     if behind is not None:
         set_environment(behind, light)
 
-    # Trace, fill with what is behind, light what was hit
+    # Trace the others, fill with what is behind, light what was hit
     try:
-        for tile in tiles(shot.size, shot.samples):
-            target = trace_tile(scene, shot.camera, tile, shot.fine)
+        for number, tile in enumerate(places):
+            if number > 0:
+                target = trace_tile(scene, shot.camera, tile, shot.fine)
             if behind is None:
                 target.light.clear()
             if behind is not None or lit.environment is not None:

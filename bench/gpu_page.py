@@ -53,7 +53,7 @@ before in a process of its own with empty caches, start and compiling included. 
 FRAMES = """Frames a second that stay on the card, by its own timers, warmed up, median of many; `whole call` reads the best back
 end's picture back. Suns off and SH gloss, as in the paper, but for rows that say so. `paper` is an RTX 3090. `of the least`: the
 frame's time over what the products of the network's matrices and the bytes of the picture take at the rates that this card
-reaches (the last table)."""
+reaches (`The card itself`)."""
 Row = bench.Row
 Results = dict[str, Row]
 

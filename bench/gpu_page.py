@@ -35,9 +35,9 @@ CAPTIONS = {
     "kernels": """
 RMSE and tolerance are relative to the diagonal for lengths, else to the largest value; the reference is compared by
 means of 8x8 pixels. Kernels round every product and every sum of a field by itself, so distances are the same to the bit on card
-and CPU. In shaders the field is `precise`, which leaves sines and powers of a driver's own make, and texture units that weigh
-texels by 8 bits. A bake and the pictures of `warp` see one field on every machine; `glsl` and `torch` draw their driver's, with
-the transfer of points that lie so far off its surface.""",
+and CPU. In shaders the field is `precise`, which NVIDIA's driver does not carry into functions: hash noise is another field there;
+texture units weigh texels by 8 bits. A bake and the pictures of `warp` see one field on every machine; `glsl` and `torch` draw
+their driver's, with the transfer of points that lie so far off its surface.""",
     "networks": """
 `network`: 16-bit weights and activations on a card against numpy's 32 bits, RMSE relative to the largest value of T;
 the picture is the worse of diffuse and Phong 32, from the same points.""",

@@ -1,7 +1,8 @@
 """A field's text for drivers: its sums and products are rounded one by one, in the order in which they stand, as kernels do.
 
 Without a word drivers may take `a + b + c` in another order (Mesa does) and round a product and a sum together (GPUs do). Hash
-noise multiplies by thousands, and is another field then: its surface in the shader would not be that of the bake.
+noise multiplies by thousands, and is another field then: its surface in the shader would not be that of the bake. Mesa carries the
+word through functions that are called; NVIDIA's driver, which need not, does not.
 """
 
 import re

@@ -129,7 +129,7 @@ def draw_behind(background: moderngl.ComputeShader, target: Target, shot: Shot, 
 
 @in_render_thread
 def trace_tile(scene: AnyScene, camera: Camera, tile: tuple[int, int, int, int], whole: tuple[int, int]) -> Target:
-    """The first pass over one tile of a picture of `whole` samples."""
+    """The first pass over one tile of a picture of `whole` samples; of a field it clears the radiance where nothing is met."""
     if isinstance(scene, MeshScene):
         return raster_tile(scene, camera, tile, whole)
     surface, target = programs().scene_program(scene), programs().target(tile[2:])
@@ -137,6 +137,7 @@ def trace_tile(scene: AnyScene, camera: Camera, tile: tuple[int, int, int, int],
     for unit, texture in enumerate(target.seen, Image.SEEN):
         texture.bind_to_image(unit, read=False, write=True)
     target.cones.bind_to_image(Image.CONES, read=True, write=True)
+    target.radiance.bind_to_image(Image.MISSED, read=False, write=True)
 
     # Cones about tiles of samples, then samples of those that met something
     for coarse, grain, size in ((True, GRAIN, target.cones.size), (False, 1, target.size)):
@@ -254,7 +255,7 @@ def lit_tiles(
         for number, tile in enumerate(places):
             if number > 0:
                 target = trace_tile(scene, shot.camera, tile, shot.fine)
-            if behind is None:
+            if behind is None and isinstance(scene, MeshScene):
                 target.light.clear()
             if behind is not None or lit.environment is not None:
                 programs().environment(light).use(Unit.ENVIRONMENT)

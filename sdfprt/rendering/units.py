@@ -28,6 +28,7 @@ class Image(IntEnum):
 
     SEEN = 0  # surface.glsl: point, normal and colour
     CONES = 3
+    MISSED = 4  # the radiance of what no sample hit: clearing all of it takes a quarter of a millisecond where few processors draw
     RADIANCE = 0  # light.glsl, background.glsl
     SUNS = 0  # sunlight.glsl: two sums, or shares at corners
     SUN_TILES = 0  # suntiles.glsl

@@ -19,6 +19,7 @@ layout(rgba32f, binding = 0) writeonly uniform image2D surfacePoint;      // w: 
 layout(rgba32f, binding = 1) writeonly uniform image2D surfaceDirection;  // the normal; only where a sample hit, as the colour
 layout(rgba32f, binding = 2) writeonly uniform image2D surfaceColour;     // albedo and exponent where the scene gives them
 layout(r32f, binding = 3) uniform image2D freeCones;                      // -1 where nothing is met
+layout(rgba32f, binding = 4) writeonly uniform image2D missed;            // the radiance: 0 where no sample hit
 
 void main() {
     ivec2 at = gridPlace();
@@ -45,6 +46,7 @@ void main() {
         imageStore(surfaceColour, at, colour);
     } else if (inside) {
         imageStore(surfacePoint, at, vec4(0.0));
+        imageStore(missed, at, vec4(0.0));
     }
     listHit(hit, at);
 }

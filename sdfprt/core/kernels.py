@@ -269,6 +269,25 @@ def _kernel(where: str, scene: str, pieces: tuple[str, ...], arguments: tuple, f
     return made
 
 
+def _compile(module: Any, place: str, block: int) -> None:
+    """Compile and load. On a card once more where that fails: it did where many processes compiled at once, for no other reason.
+
+    Raises SdfprtError where it fails again.
+    """
+    try:
+        warp().load_module(module, device=place, block_dim=block)
+    except Exception:
+        if not place.startswith("cuda"):
+            raise
+        module.mark_modified()  # else Warp remembers the failure
+        try:
+            warp().load_module(module, device=place, block_dim=block)
+        except Exception as error:
+            raise SdfprtError(
+                f"{DEVICE}={place}: a kernel does not compile ({error}); standard error has the compiler's words"
+            ) from None
+
+
 @no_type_check
 def launch(kernel, count: int, arguments: list, stream=None, block: int = BLOCK) -> None:
     """Run items 0 … count - 1; on the CPU by all threads, since Warp releases Python's lock while it runs.
@@ -280,7 +299,7 @@ def launch(kernel, count: int, arguments: list, stream=None, block: int = BLOCK)
     with _building:
         loaded = getattr(kernel, "loaded", {(place, block)})
         if (place, block) not in loaded:  # the compiler goes as deep as the scene is nested
-            with_deep_stack(lambda: wp.load_module(kernel.module, device=place, block_dim=block))
+            with_deep_stack(lambda: _compile(kernel.module, place, block))
             loaded.add((place, block))
         wp.load_module(kernel.module, device=place, block_dim=block)
     arguments = [*arguments, *(_textures[place, name] for name in getattr(kernel, "textures", ()))]

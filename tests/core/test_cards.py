@@ -7,6 +7,7 @@ import sys
 import warnings
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -119,6 +120,28 @@ def test_arrays_that_no_memory_holds_are_one_line(monkeypatch: pytest.MonkeyPatc
     for make in (lambda: kernels.zeros(10**6), lambda: kernels.array([0.0] * 10**6)):
         with pytest.raises(kernels.OutOfMemory, match=r"out of memory: no room for 4 MB more"):
             make()
+
+
+@pytest.mark.parametrize(("place", "failures", "asked"), [("cuda", 1, 2), ("cuda", 2, 2), ("cpu", 1, 1)])
+def test_a_kernel_that_does_not_compile_on_a_card_is_compiled_once_more(
+    monkeypatch: pytest.MonkeyPatch, place: str, failures: int, asked: int
+):
+    tried, forgotten = [], []
+
+    def load(module: Any, device: str, block_dim: int) -> None:
+        tried.append(device)
+        if len(tried) <= failures:
+            raise Exception("CUDA kernel build failed with error code 6")
+
+    monkeypatch.setattr(kernels, "warp", lambda: SimpleNamespace(load_module=load))
+    module = SimpleNamespace(mark_modified=lambda: forgotten.append(1))
+    if failures < asked:
+        kernels._compile(module, place, 256)
+    else:
+        kind = SdfprtError if place == "cuda" else Exception
+        with pytest.raises(kind, match="error code 6"):
+            kernels._compile(module, place, 256)
+    assert len(tried) == asked and len(forgotten) == asked - 1
 
 
 def test_batches_shrink_where_memory_does_not_do_and_that_is_said_once():

@@ -62,12 +62,16 @@ vec3 glossy(vec4 transfer[OUTPUTS], float y[4 * RESULTS]) {
         sum += tauValue[at] * t[ijk & 255] * y[ijk >> 16] * lightCoefficients[ijk >> 8 & 255];
     }
 #else
-    for (int channel = 0; channel < 3; channel++)
-        for (int k = 0; k < RESULTS; k++) {
-            vec4 h = vec4(0.0);
-            for (int i = 0; i < OUTPUTS; i++) h += glossyLight[(channel * RESULTS + k) * OUTPUTS + i] * transfer[i];
-            sum[channel] += dot(vec4(y[4 * k], y[4 * k + 1], y[4 * k + 2], y[4 * k + 3]), h);
+    for (int k = 0; k < RESULTS; k++) {
+        vec4 red = vec4(0.0), green = vec4(0.0), blue = vec4(0.0);
+        for (int i = 0; i < OUTPUTS; i++) {
+            red += glossyLight[k * OUTPUTS + i] * transfer[i];
+            green += glossyLight[(RESULTS + k) * OUTPUTS + i] * transfer[i];
+            blue += glossyLight[(2 * RESULTS + k) * OUTPUTS + i] * transfer[i];
         }
+        vec4 basis = vec4(y[4 * k], y[4 * k + 1], y[4 * k + 2], y[4 * k + 3]);
+        sum += vec3(dot(basis, red), dot(basis, green), dot(basis, blue));
+    }
 #endif
     return sum;
 }

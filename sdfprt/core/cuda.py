@@ -44,16 +44,17 @@ def cubin(text: str, name: str, arch: str, options: tuple[str, ...] = ()) -> tup
     try:
         flags = [*_OPTIONS, f"--gpu-architecture={arch}".encode(), *(option.encode() for option in options)]
         (status,) = nvrtc.nvrtcCompileProgram(program, len(flags), flags)
-        said = b" " * _checked(nvrtc.nvrtcGetProgramLogSize(program))
+        # Written to in place: never bytes, since Python shares those of length one, which is what an empty log has
+        said = bytearray(_checked(nvrtc.nvrtcGetProgramLogSize(program)))
         _checked(nvrtc.nvrtcGetProgramLog(program, said))
         lines = said.rstrip(b"\0").decode(errors="replace").strip()
         if int(status):
             raise SdfprtError(f"CUDA: {name} does not compile for {arch}: {(lines or str(status)).splitlines()[0]}")
-        code = b" " * _checked(nvrtc.nvrtcGetCUBINSize(program))
+        code = bytearray(_checked(nvrtc.nvrtcGetCUBINSize(program)))
         _checked(nvrtc.nvrtcGetCUBIN(program, code))
     finally:
         nvrtc.nvrtcDestroyProgram(program)
-    return code, lines
+    return bytes(code), lines
 
 
 def arch_of(index: int) -> str:

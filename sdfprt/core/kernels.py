@@ -270,22 +270,13 @@ def _kernel(where: str, scene: str, pieces: tuple[str, ...], arguments: tuple, f
 
 
 def _compile(module: Any, place: str, block: int) -> None:
-    """Compile and load. On a card once more where that fails: it did where many processes compiled at once, for no other reason.
-
-    Raises SdfprtError where it fails again.
-    """
+    """Compile and load. Raises SdfprtError where a card's compiler refuses: it has written why to standard error."""
     try:
         warp().load_module(module, device=place, block_dim=block)
-    except Exception:
+    except Exception as error:
         if not place.startswith("cuda"):
             raise
-        module.mark_modified()  # else Warp remembers the failure
-        try:
-            warp().load_module(module, device=place, block_dim=block)
-        except Exception as error:
-            raise SdfprtError(
-                f"{DEVICE}={place}: a kernel does not compile ({error}); standard error has the compiler's words"
-            ) from None
+        raise SdfprtError(f"{DEVICE}={place}: a kernel does not compile or load: {' '.join(str(error).split())}") from None
 
 
 @no_type_check

@@ -34,7 +34,10 @@ def results() -> page.Results:
     kernel = {"scene": "noise", "stage": "distance", "RMSE": 0.1, "beyond tolerance": 0.4, "holds": False}
     return {
         "kernels": answer(kernel, kernel | {"scene": "rabbit", "holds": True}, reason="textured: not through in 90 s"),
-        "pictures": answer({"back end": "glsl", "picture": "fish", "dB": 60.0, "holds": True}),
+        "pictures": answer(
+            {"back end": "glsl", "picture": "fish", "dB": 60.0, "holds": True},
+            {"back end": "warp", "picture": "-", "holds": "no: Exception: CUDA kernel build failed"},
+        ),
         "frames": answer(
             timed("warp", 4000.0, **{"first frame, s": 0.5}), refused, timed("glsl", 100.0, **{"first frame, s": 2.0})
         ),
@@ -66,6 +69,7 @@ def test_the_page_says_first_which_goals_are_met(results: page.Results):
     met = {row["goal"]: (row["measured"], row["met"]) for row in page.goals(results)}
     assert met["kernels agree with the CPU"] == ("1 of 2 rows; not noise distance", "no")
     assert met["table 2: ten times the paper's frames"] == ("12 to 12 times, median 12", "yes")
+    assert met["pictures are the CPU's to 45 dB"] == ("60.0 dB and more, 1 pictures; not all of warp", "no")
     assert met["transfer, fish: 20 times two cores"] == ("20 times", "yes")
     assert met["bake, desk: 15 s"] == ("16.0 s", "no")
     text = page.body(results, rehearsed=False)

@@ -123,7 +123,7 @@ class TransferNet:
     def digest(self) -> str:
         """Of all that the network computes with."""
         encoding = (self.center, self.extent, self.position_frequencies, self.normal_frequencies)
-        h = hashlib.sha256(repr(encoding).encode() + b"residual" * self.residual)
+        h = hashlib.sha256(repr(encoding).encode() + b"residual" * self.residual + self.scale.tobytes())
         for w, b in self.weights:
             h.update(w.tobytes() + b.tobytes())
         return h.hexdigest()[:16]

@@ -265,3 +265,9 @@ def test_samples_that_cannot_be_fitted_are_refused(kind):
         points, normals, transfer = points[:5], normals[:5], transfer[:5]
     with pytest.raises(SdfprtError, match="fit_transfer"):
         fit_transfer(points, normals, transfer, width=16, steps=10)
+
+
+def test_networks_that_differ_in_their_scale_alone_have_other_digests():
+    """Renderers keep what they send by the digest."""
+    net = _net()
+    assert replace(net, scale=2 * net.scale).digest != net.digest == replace(net, info={"steps": 1}).digest

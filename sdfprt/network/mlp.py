@@ -58,8 +58,9 @@ def forward(
 ) -> Float[Any, "n k"]:
     """Transfer over `scale` from normalised positions and unit normals, by numpy or torch: the one home of the forward pass.
 
-    Twins, held to this one by tests: shaders/rendering/network.glsl and `constant_network` of rendering/pieces.py (for a GPU, and
-    with the weights as constants), kernels/network/gradient.h (with its derivative) and kernels/network/fused.h (for tensor cores).
+    Twins, held to this one by tests: shaders/rendering/network.glsl, blocks.glsl (for GPUs) and `constant_network` of
+    rendering/pieces.py (with the weights as constants), kernels/network/gradient.h (with its derivative) and
+    kernels/network/fused.h (for tensor cores).
     """
     return activate(layers, encode(x, normals, position_frequencies, normal_frequencies))
 

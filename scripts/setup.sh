@@ -18,12 +18,14 @@ if ! ldconfig -p | grep -q 'libEGL\.so\.1' || ! compgen -G '/usr/lib/*/dri/swras
     $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq libegl1 libgl1-mesa-dri python3-venv >/dev/null
 fi
 
-# A browser for the tests of `sdfprt export`, a display for those of `sdfprt view`; they are skipped without them
-if [[ $extras == *test* ]] && ! command -v chromium chromium-browser google-chrome >/dev/null && command -v apt-get >/dev/null; then
+# A browser for the tests of `sdfprt export`, a display for those of `sdfprt view`, a compiler for those of a card's warps; they are
+# skipped without them
+if [[ $extras == *test* ]] && command -v apt-get >/dev/null &&
+    { ! command -v chromium chromium-browser google-chrome >/dev/null || ! command -v g++ >/dev/null; }; then
     as_root=$([ "$(id -u)" = 0 ] || echo sudo)
     $as_root apt-get update -qq && $as_root env DEBIAN_FRONTEND=noninteractive \
-        apt-get install -y -qq --no-install-recommends chromium xvfb >/dev/null || {
-        echo "setup: no chromium, no Xvfb; their tests will be skipped" >&2
+        apt-get install -y -qq --no-install-recommends chromium xvfb g++ libc6-dev >/dev/null || {
+        echo "setup: no chromium, no Xvfb or no g++; their tests will be skipped" >&2
         [ -z "${SDFPRT_NO_SKIPS:-}" ] || exit 1
     }
 fi

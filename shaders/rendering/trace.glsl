@@ -10,6 +10,7 @@ uniform int marchSteps;
 const float FIRST_SLOPE = -0.8;  // of the distance along a ray before two evaluations tell: -0.6 and -1 take 5 and 1 % more of them
 const float STEEP = -0.1;        // a slope below it tells where the surface is
 const float NEAR_ROOT = 0.25;    // of a sample: a ray so near goes straight there, which spares 16 to 20 % of the evaluations
+const int HALVES = 12;           // of a way that led into the solid
 
 // Where the ray enters and leaves the bounds; it enters after it leaves on a miss.
 // The bounds are grown to all sides.
@@ -56,12 +57,17 @@ float march(vec3 o, vec3 d, float width, float begin, float cone) {
     }
     if (cone > 0.0) return !met && !alive ? -1.0 : r < 0.0 && taken > 0.0 ? t - taken + ball : t;
     if (!met && !(alive && r < 0.5 * width * t)) return -1.0;
-    // Onto the surface itself, backwards where a leap led into the solid: by the slope, twice
-    float most = 0.1 * width * t;
-    for (int i = 0; i < min(marchSteps, 1); i++) {
-        float move = clamp(r / max(-slope, 0.05), -most, most), there = max(t + move, inside.x);
+    // Onto the surface itself, by the slope, twice. A field that overestimates lets steps, and the cone about many rays, into the solid
+    // deeper than a sample is wide: from there by halves between inside and outside
+    float most = 0.1 * width * t, inner = t, outer = stride > 0.0 ? t - stride : t + 2.0 * r;
+    bool deep = r < -most;
+    for (int i = 0; i < (deep ? HALVES : min(marchSteps, 1)); i++) {
+        float move = clamp(r / max(-slope, 0.05), -most, most);
+        float there = max(!deep ? t + move : i == 0 && stride <= 0.0 ? outer : 0.5 * (inner + outer), inside.x);
         float next = sdfprt_distance(o + d * there) * stepFactor;
         if (there != t) slope = clamp((next - r) / (there - t), -1.0, 0.0);
+        if (next < 0.0) inner = there; else outer = there;
+        if (outer >= inner) outer = inner + 2.0 * next;  // still inside
         t = there;
         r = next;
     }

@@ -187,6 +187,18 @@ def test_a_ray_that_enters_inside_the_solid_hits_the_cut_face():
     np.testing.assert_allclose(points[..., 2], 1.0, rtol=0, atol=1e-5)
 
 
+def test_rays_that_a_field_lets_into_the_solid_come_back_to_its_surface():
+    """It says more than there is, as smooth subtractions do: cones and steps end inside, up to several samples deep."""
+    field = "float d = length(p) - 0.6; return d * (1.0 + 0.9 * sin(9.0 * p.y) * exp(-20.0 * d * d));"
+    scene = Scene(glsl=f"float sdf(vec3 p) {{ {field} }}")
+    points = _points(scene, scene.camera, (192, 192))
+    hits = points[points[..., 3] > 0, :3]
+    assert len(hits) > 3000
+    off = np.abs(np.linalg.norm(hits, axis=1) - 0.6)
+    sample = np.linalg.norm(np.subtract(scene.camera.eye, scene.camera.target)) * 2 * scene.camera.half_height / 192
+    assert off.max() < 0.05 * sample
+
+
 @pytest.mark.parametrize("shape", [(8, 8), (32, 1)])
 def test_groups_of_any_shape_see_the_same_and_list_each_hit_once(monkeypatch, shape):
     size = (37, 21)  # no multiple of a group or of a cone

@@ -92,6 +92,12 @@ class Look:
             end += -(-size // 4) * 4
         return found
 
+    @property
+    def room(self) -> int:
+        """Numbers in that tensor."""
+        start, size = list(self.places.values())[-1]
+        return start + max(size, 4)
+
     @functools.cached_property
     def definitions(self) -> str:
         values = {
@@ -154,8 +160,7 @@ def numbers(look: Look, lit: PreparedLight, light: Light, material: Material, bo
         whole = _padded(shading.diffuse_vector(bounced.light, bands).T, look)
         table = np.stack([bounced.before, bounced.now], 1)
         values |= {"BOUNCES": bounced.weights, "WHOLE_LIGHT": whole, "COSINE": cosine, "PARTS": table}
-    start, size = list(look.places.values())[-1]
-    out = np.zeros(start + max(size, 4), np.float32)
+    out = np.zeros(look.room, np.float32)
     for name, value in values.items():
         start, size = look.places[name]
         out[start : start + size] = np.ravel(value)
@@ -181,11 +186,9 @@ class LightTensors:
 
     def __init__(self, look: Look, lit: PreparedLight, light: Light, where: torch.device) -> None:
         self.look, self.where = look, where
-        self.written: tuple | None = None
         self.sources: list[ndarray | None] = [None, None, None]
         gloss, opening, environment = map_shapes(look, lit, light)
-        start, size = list(look.places.values())[-1]
-        self.numbers = torch.zeros(start + max(size, 4), device=where)
+        self.numbers = torch.zeros(look.room, device=where)
         shape = (*gloss[:3], 3, look.padded) if gloss else (4,)
         self.gloss = torch.zeros(shape, device=where)
         self.opening = torch.zeros(opening or (4,), device=where)

@@ -53,6 +53,9 @@ void writeOctaves(int row, int point, vec3 v, int octaves) {
 
 // DO(neuron, component of a word of weights), of the four neurons of a word
 #define FOUR(DO, first) DO(first, x) DO(first + 1, y) DO(first + 2, z) DO(first + 3, w)
+// The same of the sixteen neurons whose words lie from `at` on
+#define QUARTER(DO, layer, k) word = WEIGHTS(layer, at + k); FOUR(DO, 4 * k)
+#define SIXTEEN(DO, layer) QUARTER(DO, layer, 0) QUARTER(DO, layer, 1) QUARTER(DO, layer, 2) QUARTER(DO, layer, 3)
 #define SUMS(i, point) sum[LANE_POINTS * (i) + point]
 #if LANE_POINTS == 4
 #define EACH_POINT(DO, i) DO(i, 0) DO(i, 1) DO(i, 2) DO(i, 3)
@@ -75,27 +78,14 @@ void writeOctaves(int row, int point, vec3 v, int octaves) {
 void hiddenLayer(int layer, int pairs) {
     int lane = int(gl_LocalInvocationID.x) & 31, warp = int(gl_LocalInvocationID.x) >> 5, at = 4 * warp, column = lane;
     PAIR sum[16 * LANE_POINTS];
-    uvec4 word = WEIGHTS(layer, at);
-    FOUR(BEGIN_NEURON, 0)
-    word = WEIGHTS(layer, at + 1);
-    FOUR(BEGIN_NEURON, 4)
-    word = WEIGHTS(layer, at + 2);
-    FOUR(BEGIN_NEURON, 8)
-    word = WEIGHTS(layer, at + 3);
-    FOUR(BEGIN_NEURON, 12)
+    uvec4 word;
+    SIXTEEN(BEGIN_NEURON, layer)
     for (int k = 0; k < pairs * keepLoops; k++) {
         PAIR given[LANE_POINTS];
         EACH_POINT(READ_POINT, 0)
         at += 4 * WARPS;
         column += BLOCK;
-        word = WEIGHTS(layer, at);
-        FOUR(ADD_NEURON, 0)
-        word = WEIGHTS(layer, at + 1);
-        FOUR(ADD_NEURON, 4)
-        word = WEIGHTS(layer, at + 2);
-        FOUR(ADD_NEURON, 8)
-        word = WEIGHTS(layer, at + 3);
-        FOUR(ADD_NEURON, 12)
+        SIXTEEN(ADD_NEURON, layer)
     }
     barrier();
     WRITE_PAIR(0) WRITE_PAIR(1) WRITE_PAIR(2) WRITE_PAIR(3) WRITE_PAIR(4) WRITE_PAIR(5) WRITE_PAIR(6) WRITE_PAIR(7)
@@ -111,25 +101,12 @@ const int OUTPUT_WORDS = (NETWORK_OUTPUTS + 3) / 4 * 4;
 void lastLayer(int point, int first, int pairs, out vec4 result[4]) {
     int at = first;
     PAIR sum[16];
-    uvec4 word = WEIGHTS(LAYERS - 1, at);
-    FOUR(BEGIN_OUTPUT, 0)
-    word = WEIGHTS(LAYERS - 1, at + 1);
-    FOUR(BEGIN_OUTPUT, 4)
-    word = WEIGHTS(LAYERS - 1, at + 2);
-    FOUR(BEGIN_OUTPUT, 8)
-    word = WEIGHTS(LAYERS - 1, at + 3);
-    FOUR(BEGIN_OUTPUT, 12)
+    uvec4 word;
+    SIXTEEN(BEGIN_OUTPUT, LAYERS - 1)
     for (int k = 0; k < pairs * keepLoops; k++) {
         PAIR value = UNPACK(activations[k * BLOCK + point]);
         at += OUTPUT_WORDS;
-        word = WEIGHTS(LAYERS - 1, at);
-        FOUR(ADD_OUTPUT, 0)
-        word = WEIGHTS(LAYERS - 1, at + 1);
-        FOUR(ADD_OUTPUT, 4)
-        word = WEIGHTS(LAYERS - 1, at + 2);
-        FOUR(ADD_OUTPUT, 8)
-        word = WEIGHTS(LAYERS - 1, at + 3);
-        FOUR(ADD_OUTPUT, 12)
+        SIXTEEN(ADD_OUTPUT, LAYERS - 1)
     }
     result = vec4[4](OUTPUT(0), OUTPUT(4), OUTPUT(8), OUTPUT(12));
 }
